@@ -35,7 +35,7 @@ from nlds_vines.model.ratios import RATIOS, ratios_in
 from nlds_vines.model.scenes import BASES, SCENES, Scene
 from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.records import STATUS, WANTS, spectral
-from nlds_vines.orbits.spectral_records import SpectralRecords
+from nlds_vines.orbits.spectrum import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning

@@ -69,8 +69,7 @@ from nlds_vines.orbits.solver_settings import (
     method_setting,
     tolerance_setting,
 )
-from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
-from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
 from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 

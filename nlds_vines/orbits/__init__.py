@@ -12,7 +12,6 @@ In reading order:
     simulation        `nv.simulate`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
-    spectrum          forces, energies and other signals; `Spectrum`
-    spectral_records  the spectral records of scans
+    spectrum          forces, energies and other signals; `Spectrum`; the spectral records of scans
     spectral_values   computes them; `nv.spectrum`
 """

@@ -51,11 +51,8 @@ LANES = {
 }
 """The compiled functions that run many orbits, with the names of their kernels."""
 
-_loaded: set[Needed] = set()
-"""The kernels that this process has compiled or loaded."""
-
-TURN = 6.283185307179586
-"""2 pi."""
+_loaded: set[Needed] = set()  # the kernels that this process has compiled or loaded
+TURN = 6.283185307179586  # 2 pi
 
 
 @dataclass(frozen=True)
@@ -344,8 +341,7 @@ def _regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dic
 
 # ---- designs of a tuning ----
 
-METHOD = "exact"
-"""The method of tunings: rk4 is a cross-check, and too slow for them."""
+METHOD = "exact"  # the method of tunings: rk4 is a cross-check, and too slow for them
 
 
 class Outcome(NamedTuple):

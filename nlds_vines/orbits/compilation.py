@@ -25,14 +25,9 @@ from nlds_vines.runs.progress import Clock, Tell
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
 """Time [s] to compile each kernel of an SSul NES, for messages."""
 
-EACH = 0.045
-"""Time [s] to compile one of the functions of a kernel, for messages."""
-
-LONGEST = 600.0
-"""Longest time [s] to wait for the other process."""
-
-MEMORY = 700_000_000
-"""Bytes of a process that compiles the kernels of a scan."""
+EACH = 0.045  # time [s] to compile one of the functions of a kernel, for messages
+LONGEST = 600.0  # longest time [s] to wait for the other process
+MEMORY = 700_000_000  # bytes of a process that compiles the kernels of a scan
 
 Process = subprocess.Popen[bytes]
 

@@ -111,30 +111,27 @@ class LoadBatch:
             sums=np.full((*shape, EDGE_SUMS), np.nan),
             status=np.zeros(count, np.int64),
         )
-        fly_lanes(
-            0, count, self._parts, cells.view(np.recarray), _flat(loads, self._shaken),
-            np.ascontiguousarray(starts, dtype=float), asked, results,
+        # all loads after one another, those with the same rows once
+        places: dict[int, int] = {}
+        times, rows, jumps = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+        first, blow = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        end = jumped = 0
+        for lane, load in enumerate(loads):
+            edges = len(load.edges)
+            if id(load.rows) not in places:
+                places[id(load.rows)] = end
+                times.append(load.edges)
+                rows += [load.rows.ravel(), np.zeros(ORDER + 1)]
+                end += edges
+            jumps.append(np.zeros(edges) if load.jumps is None else load.jumps)
+            first[lane], blow[lane], jumped = places[id(load.rows)], jumped, jumped + edges
+        after = first + np.array([len(load.edges) for load in loads], np.int64)
+        flat = np.concatenate(rows)
+        together = Loads(
+            np.concatenate(times), flat, _SUMS(flat), np.concatenate(jumps), first, after, blow,
+            self._shaken,
         )  # fmt: skip
+        begun = np.ascontiguousarray(starts, dtype=float)
+        records = cells.view(np.recarray)
+        fly_lanes(0, count, self._parts, records, together, begun, asked, results)
         return results
-
-
-def _flat(loads: Sequence[InCells], shaken: bool | None) -> Loads:
-    """Concatenate loads, those with the same rows once."""
-    places: dict[int, int] = {}
-    edges, rows, jumps = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    first, blow = np.zeros(len(loads), np.int64), np.zeros(len(loads), np.int64)
-    end = jumped = 0
-    for lane, load in enumerate(loads):
-        count = len(load.edges)
-        if id(load.rows) not in places:
-            places[id(load.rows)] = end
-            edges.append(load.edges)
-            rows += [load.rows.ravel(), np.zeros(ORDER + 1)]
-            end += count
-        jumps.append(np.zeros(count) if load.jumps is None else load.jumps)
-        first[lane], blow[lane], jumped = places[id(load.rows)], jumped, jumped + count
-    after = first + np.array([len(load.edges) for load in loads], np.int64)
-    flat = np.concatenate(rows)
-    return Loads(
-        np.concatenate(edges), flat, _SUMS(flat), np.concatenate(jumps), first, after, blow, shaken
-    )

@@ -1,7 +1,7 @@
 """What is recorded of orbits: the words of requests, rows of impacts, modulation, statuses.
 
 A request asks for the words of `WANTS`; a scene without walls has no impacts, for example. Spectra
-and responses are described in `spectral_records` and `responses`.
+and responses are described in `spectrum` and `responses`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from nlds_vines.kernels.scene.codes import (
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
 from nlds_vines.model.scenes import LONGEST_NAME, Scene
 
-WANTS = RECORDS
-"""The words that `[record] want` accepts."""
+WANTS = RECORDS  # the words that `[record] want` accepts
 
 USUAL = ("section", "impacts", "energy", "regime")
 """The default of `want`; `classify` and start orbits record the same and share its compiled
@@ -40,8 +39,7 @@ ATTRACTOR = "attractor"
 SPECTRAL = ("spectrum", "lines", "broadband")
 """The words of `WANTS` that need states at equal steps, from a run of their own."""
 
-NOTED = 4096
-"""Number of last transient periods in which a verdict searches for the settling time."""
+NOTED = 4096  # number of last transient periods in which a verdict searches for the settling time
 
 _SAMPLED = {word for entry in stored_in("section") for word in entry.record} | {"modulation"}
 _TOUCHED = {word for entry in stored_in("touches") for word in entry.record}

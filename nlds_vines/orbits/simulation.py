@@ -36,19 +36,15 @@ if TYPE_CHECKING:
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """The records of `simulate`."""
 
-SAMPLES = 512
-"""States of a trajectory in each forcing period, by default."""
+SAMPLES = 512  # states of a trajectory in each forcing period, by default
 
 SHORT = 1000
 """Up to so many periods (some milliseconds), compiled kernels run in the calling thread. Longer
 work runs in a second thread, so that signals can end it; that thread costs more CPU time than a
 period."""
 
-_RUN_CELL = getattr(run_cell, "entry", run_cell)
-"""The compiled entry of `run_cell`."""
-
-_loaded: set[Needed] = set()
-"""The kernels that have run in this process."""
+_RUN_CELL = getattr(run_cell, "entry", run_cell)  # the compiled entry of `run_cell`
+_loaded: set[Needed] = set()  # the kernels that have run in this process
 
 
 class IntegrationError(RuntimeError):
@@ -328,57 +324,8 @@ class Beginning(NamedTuple):
         quiet: bool = True,
     ) -> Orbit:
         """Integrate the orbit as `simulate` does; raise `IntegrationError` if that fails."""
-        buffers = _Buffers.of(self.system, record, periods, samples)
-        while True:
-            state = self.state.copy()
-            self._run(buffers, state, transient, periods, quiet)
-            impacts = buffers.cell.impacts
-            if impacts is None or impacts.filled[0] <= len(impacts.data):
-                return buffers.orbit(self.system, self.cell.rest, state, transient)
-            # run again with enough room: the same orbit has the same number of impacts
-            larger: dict[str, Any] = {"impacts": room_for_impacts(int(impacts.filled[0]))}
-            if buffers.cell.clearance is not None:
-                larger["clearance"] = np.full(1, np.inf)
-            buffers = buffers._replace(cell=buffers.cell._replace(**larger))
-
-    def after(self, periods: int, *, quiet: bool = True) -> Beginning:
-        """Return the beginning at the state after so many periods."""
-        state = self.state.copy()
-        self._run(_Buffers.of(self.system, (), 0, 1), state, periods, 0, quiet)
-        return self._replace(state=state)
-
-    def _run(
-        self, buffers: _Buffers, state: np.ndarray, transient: int, periods: int, quiet: bool
-    ) -> None:
-        parts = parts_of(self.method, self.system.scene, self.settings)
-        span = Span(transient, periods, buffers.stops)
-        needed = Needed(self.system.scene.key, self.method, buffers.record)
-        if needed in _loaded and transient + periods <= SHORT:
-            code = run_cell(parts, self.cell, state, span, buffers.cell)
-        else:
-            code = _run_compiling(needed, quiet, (parts, self.cell, state, span, buffers.cell))
-            _loaded.add(needed)
-        if code != OK:
-            raise IntegrationError.of(self.system, code)
-
-
-@stoppable
-def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
-    with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
-        return run_cell(*arguments)
-
-
-class _Buffers(NamedTuple):
-    """The buffers of an orbit, as kernels take them, with its records and stops per period."""
-
-    record: tuple[str, ...]
-    stops: int
-    cell: CellBuffers
-
-    @classmethod
-    def of(cls, system: System, record: tuple[str, ...], periods: int, samples: int) -> _Buffers:
-        """Allocate the buffers of a record."""
-        scene, stops = system.scene, samples if "trajectory" in record else 1
+        system, scene = self.system, self.system.scene
+        stops = samples if "trajectory" in record else 1
         has_states = "section" in record or "trajectory" in record
         responds = "response" in record
         cell = CellBuffers(
@@ -391,22 +338,30 @@ class _Buffers(NamedTuple):
             response=np.full(RESPONSE_COLUMNS, np.nan) if responds else None,
             **(responses.moving(scene) if responds else {}),
         )
-        return cls(record, stops, cell)
+        while True:
+            state, span = self.state.copy(), Span(transient, periods, stops)
+            self._run(record, cell, state, span, quiet)
+            impacts = cell.impacts
+            if impacts is None or impacts.filled[0] <= len(impacts.data):
+                break
+            # run again with enough room: the same orbit has the same number of impacts
+            cell = cell._replace(impacts=room_for_impacts(int(impacts.filled[0])))
+            if cell.clearance is not None:
+                cell = cell._replace(clearance=np.full(1, np.inf))
 
-    def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
-        """Return the orbit: last state and records in the user's coordinates."""
-        stops, cell, results = self.stops, self.cell, dict[str, Any]()
-        if "trajectory" in self.record:
+        # last state and records in the user's coordinates
+        results = dict[str, Any]()
+        if "trajectory" in record:
             count = transient * stops + 1 + np.arange(len(cell.section))
             results["trajectory"], results["time"] = cell.section, count * (system.period / stops)
-        if "section" in self.record:
+        if "section" in record:
             results["section"] = np.ascontiguousarray(cell.section[stops - 1 :: stops])
         for name, energies in (("max", cell.energy), ("peak", cell.peak)):
             if energies is not None:
                 results[f"E1{name}"] = float(energies[0])
-                results[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
+                results[f"E2{name}"] = float(energies[1]) if scene.damper else None
         if cell.impacts is not None:
-            results["impacts"] = impacts_of(cell.impacts, system.scene)
+            results["impacts"] = impacts_of(cell.impacts, scene)
         if cell.clearance is not None:
             results["clearance"] = float(cell.clearance[0])
         if cell.response is not None:
@@ -415,9 +370,35 @@ class _Buffers(NamedTuple):
             time, depth, number = cell.violation.tolist()
             results["violation"] = Violation(int(number), time, depth)
         x1, v1, r, s = state[:4].tolist()
-        damped = system.scene.damper
-        last = np.array([x1, v1, x1 - r + rest, v1 - s] if damped else [x1, v1])
-        return Orbit(system, last, **results, transient=transient)
+        last = [x1, v1, x1 - r + self.cell.rest, v1 - s] if scene.damper else [x1, v1]
+        return Orbit(system, np.array(last), **results, transient=transient)
+
+    def after(self, periods: int, *, quiet: bool = True) -> Beginning:
+        """Return the beginning at the state after so many periods."""
+        state, limit = self.state.copy(), self.system.scene.limit
+        cell = CellBuffers(violation=None if limit is None else np.zeros(3))
+        self._run((), cell, state, Span(periods, 0, 1), quiet)
+        return self._replace(state=state)
+
+    def _run(
+        self, record: tuple[str, ...], cell: CellBuffers, state: np.ndarray, span: Span, quiet: bool
+    ) -> None:
+        needed = Needed(self.system.scene.key, self.method, record)
+        parts = parts_of(self.method, self.system.scene, self.settings)
+        arguments = parts, self.cell, state, span, cell
+        if needed in _loaded and span.first + span.periods <= SHORT:
+            code = run_cell(*arguments)
+        else:
+            code = _run_compiling(needed, quiet, arguments)
+            _loaded.add(needed)
+        if code != OK:
+            raise IntegrationError.of(self.system, code)
+
+
+@stoppable
+def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
+    with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
+        return run_cell(*arguments)
 
 
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:

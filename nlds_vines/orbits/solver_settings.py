@@ -10,8 +10,7 @@ from typing import Any
 from nlds_vines.errors import RequestError, number, shown, whole
 from nlds_vines.model.setting import Checked, OneOf, setting
 
-METHODS = ("exact", "rk4")
-"""The integrators."""
+METHODS = ("exact", "rk4")  # the integrators
 
 EFFORTS: Mapping[str, tuple[int, ...]] = {
     "quick": (),
@@ -29,30 +28,23 @@ def most_watched(transient: int, periods: int, effort: str) -> int:
     return transient + periods + sum(EFFORTS[effort])
 
 
+# The presets of the tolerance, and the default: the relative error of a contact, of `exact`;
+# flights are exact to round-off.
 TOLERANCES: Mapping[str, float] = {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
-"""The presets of the tolerance."""
-
 TOLERANCE = TOLERANCES["standard"]
-"""Default relative error of a contact, of `exact`; flights are exact to round-off."""
 
+# Bounds of the tolerance: the errors below are round-off; larger ones save no time.
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
-"""Bounds of the tolerance: the errors below are round-off; larger ones save no time."""
 
-MOST_NODES = 60
-"""Largest number of collocation nodes, the size of the tables of a short impact."""
+MOST_NODES = 60  # largest number of collocation nodes, the size of the tables of a short impact
 
+# Least number of steps of `exact` in a contact, per free impact: a Taylor step predicts no more
+# than a third of one.
 LEAST_STEPS = 3.0
-"""Least number of steps of `exact` in a contact, per free impact: a Taylor step predicts no more
-than a third of one."""
 
-PERIOD_STEPS = 512.0
-"""Default number of Runge-Kutta steps per forcing period."""
-
-STEPS_RATIO = 4.0
-"""Steps of `rk4` per forcing period for each step of a free impact."""
-
-SHARE = 0.25
-"""Share of the tolerance that one contact may use, as several may follow in a period."""
+PERIOD_STEPS = 512.0  # default number of Runge-Kutta steps per forcing period
+STEPS_RATIO = 4.0  # steps of `rk4` per forcing period for each step of a free impact
+SHARE = 0.25  # share of the tolerance that one contact may use, as several may follow in a period
 
 
 @dataclass(frozen=True)

@@ -11,22 +11,27 @@ from nlds_vines.errors import RequestError, shown
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.orbits.simulation import Orbit
-from nlds_vines.orbits.spectral_records import LINES, SpectralRecords
-from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, checked_signal, spectrum_of
+from nlds_vines.orbits.spectrum import (
+    LINES,
+    SIGNALS,
+    SpectralRecords,
+    Spectrum,
+    checked_signal,
+    spectrum_of,
+)
 
+# the spectral label if the broadband share, or too few sampled periods, does not decide
 UNCLEAR = "unclear"
-"""The spectral label if the broadband share, or too few sampled periods, does not decide."""
 
+# A smaller broadband share means lines alone; a share above the second, a continuous spectrum.
+# From 19 quasiperiodic and 13 chaotic motions of Set 6 between 7.363 and 7.425 rad/s: see
+# `docs/portrait.md#spectra-along-a-scan`.
 LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
-"""A smaller broadband share means lines alone; a share above the second, a continuous spectrum.
 
-From 19 quasiperiodic and 13 chaotic motions of Set 6 between 7.363 and 7.425 rad/s: see
-`docs/portrait.md#spectra-along-a-scan`."""
-
+# Least number of sampled periods for which the broadband share separates regimes.  With 60, lines
+# are so close that 14 of 19 quasiperiodic motions have shares above `BROADBAND_ABOVE`, with 90 two
+# of 18, with 120 none (at most 7.3e-4).
 FEWEST_PERIODS = 120
-"""Least number of sampled periods for which the broadband share separates regimes.  With 60, lines
-are so close that 14 of 19 quasiperiodic motions have shares above `BROADBAND_ABOVE`, with 90 two of
-18, with 120 none (at most 7.3e-4)."""
 
 
 def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:

@@ -1,20 +1,22 @@
-"""Signals of an orbit and their Fourier spectra: lines, decibels, and the broadband share.
+"""Signals of an orbit, their Fourier spectra, and the spectral records of scans.
 
 States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
-a signal has one value per row.  `spectral_values` computes
-those of an orbit and of scans.
+a signal has one value per row.  `spectral_values` computes the spectra of an orbit and of scans; it
+loads Numba, which this module does not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.errors import RequestError, checked_words, choice, number, whole
+from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import contact_forces, relative_displacement
@@ -23,11 +25,11 @@ TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
 """The window functions, with the bins to either side of its own that a line on a bin fills.  One
 between two bins leaks far with the first, little with the second."""
 
+# bins to either side of one whose median is the background there (`Spectrum.background_share`)
 NEIGHBORS = 8
-"""Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
 
+# standard deviation, relative to the largest value, below which a signal counts as constant
 SILENCE = 1.0e-15
-"""Standard deviation, relative to the largest value, below which a signal counts as constant."""
 
 
 class Signal(NamedTuple):
@@ -54,17 +56,13 @@ def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
     return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
 
 
-def _component(column: int) -> Callable[[System, np.ndarray], np.ndarray]:
-    return lambda system, states: states[:, column]
-
-
 SIGNALS: Mapping[str, Signal] = {
-    "x": Signal("m", "displacement of the oscillator", _component(0)),
-    "v": Signal("m/s", "velocity of the oscillator", _component(1)),
-    "x1": Signal("m", "displacement of the structure", _component(0)),
-    "v1": Signal("m/s", "velocity of the structure", _component(1)),
-    "x2": Signal("m", "displacement of the damper", _component(2)),
-    "v2": Signal("m/s", "velocity of the damper", _component(3)),
+    "x": Signal("m", "displacement of the oscillator", lambda _, y: y[:, 0]),
+    "v": Signal("m/s", "velocity of the oscillator", lambda _, y: y[:, 1]),
+    "x1": Signal("m", "displacement of the structure", lambda _, y: y[:, 0]),
+    "v1": Signal("m/s", "velocity of the structure", lambda _, y: y[:, 1]),
+    "x2": Signal("m", "displacement of the damper", lambda _, y: y[:, 2]),
+    "v2": Signal("m/s", "velocity of the damper", lambda _, y: y[:, 3]),
     "u": Signal("m", "relative displacement x2 - x1", relative_displacement),
     "force": Signal(
         "N",
@@ -76,15 +74,14 @@ SIGNALS: Mapping[str, Signal] = {
 }
 """All signals by name."""
 
-_STATES = ("x", "v", "x1", "v1", "x2", "v2")
-_OF_DAMPER = ("u", "E2")
-
 
 def signals_of(scene: Scene) -> tuple[str, ...]:
     """Return the names of the signals of a scene: no x2 without a damper, for example."""
-    without = (() if scene.damper else _OF_DAMPER) + tuple(set(_STATES) - {*scene.components})
+    without = {"x", "v", "x1", "v1", "x2", "v2"} - {*scene.components}
+    if not scene.damper:
+        without |= {"u", "E2"}
     if not scene.forces:
-        without += ("force",)
+        without.add("force")
     return tuple(name for name in SIGNALS if name not in without)
 
 
@@ -100,18 +97,6 @@ def checked_signal(name: object, scene: Scene) -> str:
 
 
 # ---- spectra ----
-
-
-def weights_of(window: str, count: int) -> np.ndarray:
-    """Return the weights (count,) of a window, periodic as a discrete transform needs them.
-
-    SciPy's signal package takes longer to import than an orbit to compute: only Hann loads it.
-    """
-    if window == "rectangular":
-        return np.ones(count)
-    from scipy.signal import windows
-
-    return np.asarray(windows.hann(count, sym=False))
 
 
 @dataclass(frozen=True, repr=False)
@@ -325,7 +310,13 @@ def spectrum_of(
     if not np.isfinite(x).all():
         raise RequestError("values must be finite numbers")
     choice("window", window, TAPERS)
-    weights, mean, count = weights_of(window, x.size), x.mean(), x.size
+    mean, count = x.mean(), x.size
+    weights = np.ones(count)
+    if window == "hann":  # periodic, as a discrete transform needs it
+        # only here: SciPy's signal package takes longer to import than an orbit to compute
+        from scipy.signal import windows
+
+        weights = np.asarray(windows.hann(count, sym=False))
     rest = x - mean
     if rest.std() <= SILENCE * np.abs(x).max():
         rest = np.zeros_like(x)  # round-off of a constant has no spectrum
@@ -340,3 +331,73 @@ def spectrum_of(
     order = np.arange(modulus.size) / periods
     rate = number("omega", omega)
     return Spectrum(order, amplitude, power, rate, samples, periods, window, quantity, unit)
+
+
+# ---- the spectral records of scans: amplitudes, lines of periodic orbits, the broadband share ----
+#
+# They use equidistant states over the sampled periods, a whole number per period, so that each
+# multiple of 1 / periods of the forcing frequency is a bin.
+
+# number of recorded lines of an nT orbit, at m / n of the forcing frequency, m = 1, 2, ...
+LINES = 24
+
+USUAL = ("x1", "u", "x")  # the default signals, of which a scene has some
+
+
+def recordable(scene: Scene) -> tuple[str, ...]:
+    return (*scene.components, *(["u"] if scene.damper else []))
+
+
+def checked_signals(value: object) -> tuple[str, ...]:
+    if isinstance(value, list | tuple) and not value:
+        return ()
+    return checked_words("signals", value, SIGNALS, "signal")
+
+
+@dataclass(frozen=True)
+class SpectralRecords:
+    """The spectral records of a scan."""
+
+    want: Collection[str]  # words of `records.SPECTRAL`
+    scene: Scene
+    signals: tuple[str, ...]  # of `recordable`; by default those of `USUAL` that the scene has
+    periods: int  # sampled, of `samples` states each
+    samples: int
+    highest: float  # frequency of a bin in multiples of the forcing frequency
+    window: str  # of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann
+
+    def __post_init__(self) -> None:
+        signals = recordable(self.scene)
+        usual = tuple(name for name in USUAL if name in signals)
+        object.__setattr__(self, "signals", self.signals or usual)
+        for name in self.signals:
+            choice("signal", name, signals)
+        choice("window", self.window, TAPERS)
+        if not self.highest <= self.samples / 2:
+            raise RequestError(
+                f"highest = {self.highest!r} with samples = {self.samples}; allowed: up to half "
+                "of the samples of a period"
+            )
+
+    @property
+    def bins(self) -> int:
+        return int(self.highest * self.periods) + 1
+
+    def lengths(self) -> dict[str, int]:
+        sizes = {"signal": len(self.signals)}
+        sizes |= {"frequency": self.bins} if "spectrum" in self.want else {}
+        return sizes | ({"line": LINES} if "lines" in self.want else {})
+
+    def scales(self) -> Iterator[Scale]:
+        yield Scale("signal", np.array(self.signals), "1", "signal of the spectrum")
+        if "spectrum" in self.want:
+            text = f"frequency over that of the force; {self.window} window"
+            yield Scale("frequency", np.arange(self.bins) / self.periods, "1", text)
+        if "lines" in self.want:
+            text = "number m of the line at m / n of the frequency of the force, n of `line_period`"
+            yield Scale.counted("line", LINES, text, 1)
+
+    def in_units(self, dataset: Dataset) -> Dataset:
+        """Return a dataset with the units of the signals in place of `OF_SIGNALS`."""
+        units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
+        return replace(dataset, units=units) if dataset.units == OF_SIGNALS else dataset

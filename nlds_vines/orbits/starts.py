@@ -13,11 +13,8 @@ from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
-POLICIES = ("rest", "up", "down", "both", "random")
-"""The policies of starts besides `STATE`."""
-
-STATE = "state"
-"""The policy of orbits that start in a state of the request."""
+POLICIES = ("rest", "up", "down", "both", "random")  # the policies of starts besides `STATE`
+STATE = "state"  # the policy of orbits that start in a state of the request
 
 AT_ANY_PHASE = ("rest", STATE)
 """The policies whose starts may have initial conditions of their own, and another phase than 0."""
@@ -28,14 +25,9 @@ SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both
 STRUCTURE_SPREAD = 5.0
 """Largest displacement of the structure in a random start, in static deflections P / k1."""
 
-DAMPER_SPREAD = 15.0
-"""Largest displacement of the damper against the structure, in the same unit."""
-
-ROUND_OFF = 1e-12
-"""Relative depth inside a wall up to which a start counts as on the wall."""
-
-FALLBACK_LENGTH = 0.01
-"""Unit of length [m] if no parameter of the system gives one."""
+DAMPER_SPREAD = 15.0  # largest displacement of the damper against the structure, in the same unit
+ROUND_OFF = 1e-12  # relative depth inside a wall up to which a start counts as on the wall
+FALLBACK_LENGTH = 0.01  # unit of length [m] if no parameter of the system gives one
 
 
 @dataclass(frozen=True)

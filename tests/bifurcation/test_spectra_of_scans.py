@@ -8,9 +8,8 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.linear_response import response
-from nlds_vines.orbits.spectral_records import LINES
 from nlds_vines.orbits.spectral_values import agreement, spectral_label
-from nlds_vines.orbits.spectrum import spectrum_of
+from nlds_vines.orbits.spectrum import LINES, spectrum_of
 
 ALL = ["spectrum", "lines", "broadband"]
 

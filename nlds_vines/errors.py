@@ -17,8 +17,7 @@ from typing import Any, TypeVar
 
 Number = TypeVar("Number", int, float)
 
-MOST_CHARACTERS = 1000
-"""Characters of a title, a name or a note: as many as a picture can hold."""
+MOST_CHARACTERS = 1000  # characters of a title, a name or a note: as many as a picture can hold
 
 _UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode's categories of control and formatting characters, half characters and line ends."""
@@ -138,10 +137,7 @@ def whole(what: str, value: object, low: int, high: int = 10**9) -> int:
 
 
 def from_text(kind: type[Number], what: str, text: str) -> Number:
-    """Return the number, int or float, that `text` means in plain digits; `what` names it.
-
-    Raises `RequestError` for anything else: 1_000 is none, nor are digits other than 0 to 9.
-    """
+    """Return the number that `text` means in the digits 0 to 9: 1_000 is none."""
     if _NUMBERS[kind].fullmatch(text):
         try:
             return kind(text)
@@ -178,10 +174,7 @@ def string(what: str, value: object, lines: bool = False) -> str:
 
 
 def refuse_bytes(what: str, text: str) -> None:
-    """Raise `RequestError` for a text that no file, archive or manifest can hold.
-
-    Python keeps bytes that are no UTF-8, in arguments and paths, as halves of characters.
-    """
+    """Raise `RequestError` for a null character, or for bytes that are no UTF-8."""
     if "\0" in text:
         raise RequestError(f"{what} {shown(text)} holds a null character, which is not allowed")
     try:

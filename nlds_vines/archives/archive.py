@@ -60,17 +60,10 @@ def write(
 ) -> None:
     """Write an archive to `path` and force it to the disk.
 
-    Arguments:
-        path: the file; an existing one is replaced.
-        table: the datasets.
-        scales: the scales of all dimensions of the datasets.
-        pieces: the results, in any order; cells without a piece have their fill value.
-        attributes: returns the attributes of the file; called after the last piece was taken.
-
-    An archive without a name (`ArchivePath.named` is None) stays in memory.  Of a file, one piece
-    of numbers is in memory at a time, and all strings: their length is that of the longest.
-
-    Raises OSError or (from HDF5) RuntimeError if the file cannot be written.
+    The `pieces` of results come in any order; cells without a piece have their fill value.  The
+    `attributes` are made after the last piece.  An archive without a name stays in memory.  Of a
+    file, one piece of numbers is in memory at a time, and all strings: their length is that of the
+    longest.
     """
     if isinstance(path, ArchivePath) and path.unnamed is not None:
         path.unnamed.memory = Memory(table, scales, pieces, attributes)
@@ -163,11 +156,7 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
 
 
 class Memory:
-    """The archive in memory that `write` would write to a file.
-
-    Attributes: the `table` of its datasets, its `scales`, its `arrays` by name, its `attributes`,
-    which are made when they are first asked for, and the `request`, if it is there as an object.
-    """
+    """The archive in memory that `write` would write, perhaps with its `request` as an object."""
 
     def __init__(
         self,
@@ -330,10 +319,7 @@ class ArchiveView(Outlined):
         return self.take(name)
 
     def take(self, name: str, **index: int | slice) -> np.ndarray:
-        """Return a part of a dataset: at the `index` of some dimensions, all of the others.
-
-        Raises `RequestError` for an unknown dataset or dimension and for an index out of range.
-        """
+        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
         entry, shape = self.describe(name), self.shape(name)
         for dim, i in index.items():
             if dim not in entry.dims:
@@ -602,7 +588,6 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
 
     @classmethod
     def of(cls, path: str | os.PathLike[str]) -> ArchivePath:
-        """Return a path as that of an archive."""
         result = cls(path)
         result.unnamed = getattr(path, "unnamed", None)
         return result
@@ -611,11 +596,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
     def for_result(
         cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
     ) -> ArchivePath:
-        """Return the path of a result: the user's file `to`, or one in memory if it is None.
-
-        Arguments: the file; `stem`, the name of one in memory; `options` that need a file, as
-        resume and overwrite: `RequestError` for such an option without one.
-        """
+        """Return the path `to`, or one in memory; `options` as resume need a file."""
         if to is not None and not isinstance(to, str | os.PathLike):
             raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
         if to is not None:
@@ -654,7 +635,6 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
             return view.to_dataframe(*names)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the path; of an archive without a name, its content."""
         if self.unnamed is None:
             return type(self), (str(self),)
         return self._in_memory, (self.stem, self.unnamed.memory)
@@ -685,10 +665,7 @@ class Archived:
 
 
 def columns(path: Path) -> list[tuple[str, str]]:
-    """Return the numeric datasets of one dimension in any HDF5 file: name and `units` of each.
-
-    Raises `RequestError`, one line, for a file that cannot be read as HDF5.
-    """
+    """Return name and `units` of the numeric datasets of one dimension in any HDF5 file."""
     with _any_hdf5(path) as file:
         entries = ((name, file.get(name)) for name in file)  # None: a link to nowhere
         flat = [(name, e) for name, e in entries if getattr(e, "ndim", None) == 1]
@@ -697,11 +674,7 @@ def columns(path: Path) -> list[tuple[str, str]]:
 
 
 def column(path: Path, name: str, most: int) -> np.ndarray:
-    """Return the numbers of one of `columns`.
-
-    Raises `RequestError`, one line, before anything is read, if the dataset or one of its chunks,
-    which HDF5 unpacks as a whole, holds more than `most` numbers.
-    """
+    """Return the numbers of one of `columns`, if it and its chunks hold at most `most`."""
     with _any_hdf5(path) as file:
         size = max(file[name].size, *(file[name].chunks or (0,)))
         if size <= most:

@@ -74,16 +74,12 @@ class Scale(NamedTuple):
 
     @classmethod
     def counted(cls, name: str, count: int, long_name: str, first: int = 0) -> Scale:
-        """Return a dimension whose values are the numbers from `first` on."""
         return cls(name, np.arange(first, first + count, dtype=np.int32), "1", long_name)
 
 
 @dataclass(frozen=True)
 class Table:
-    """The description of an archive: datasets by name, lengths of dimensions by name.
-
-    A length may be given for a dimension that no dataset has.
-    """
+    """The datasets of an archive, and lengths of dimensions, also of those that no dataset has."""
 
     datasets: Mapping[str, Dataset]
     length: Mapping[str, int]

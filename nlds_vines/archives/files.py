@@ -22,8 +22,7 @@ from typing import Any, BinaryIO
 
 from nlds_vines.errors import RequestError
 
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-"""The first bytes of every archive."""
+_HDF5 = b"\x89HDF\r\n\x1a\n"  # the first bytes of every archive
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -49,8 +48,7 @@ def whole(path: Path, *, archive: bool = False) -> Iterator[Path]:
     """Return the path of a temporary file that becomes `path` at the end of the `with` block.
 
     The file and its name are forced to the disk.  A symbolic link stays, and what it points to is
-    replaced.  If the block fails, everything is as it was.  Arguments: `archive` as in
-    `protection`; raises `RequestError` if that forbids to replace the file.
+    replaced.  If the block fails, everything is as it was.  `archive` as in `protection`.
     """
     target = Path(os.path.realpath(path))
     if reason := protection(target, archive=archive):
@@ -84,7 +82,6 @@ def write_csv(
 
 
 def sync_folder(folder: Path) -> None:
-    """Force the names of the files in a folder to the disk."""
     if os.name == "posix":  # Windows opens no folder
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -117,11 +114,7 @@ def protection(path: Path, *, archive: bool = False) -> str | None:
 
 
 def open_regular(path: Path) -> BinaryIO:
-    """Open a regular file for reading.
-
-    Raises ValueError for anything else, OSError if nothing can be opened: to read a pipe or a
-    device might never end.
-    """
+    """Open a regular file; ValueError for a pipe or a device, to read which might never end."""
     flags = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a pipe would be waited for
     descriptor = os.open(path, os.O_RDONLY | flags)
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):

@@ -14,10 +14,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Protocol
 
+# the kinds of requests, which an archive names as its `content`
 SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
 RESPONSE_CURVES, RESPONSE_HISTORY = "set of response curves", "response history"
 PORTRAIT = "portrait"
-"""The kinds of requests, which an archive names as its `content`."""
 
 
 class Request(Protocol):
@@ -38,8 +38,7 @@ class Request(Protocol):
     def to_toml(self) -> str: ...
 
 
-Value = str | int | float
-"""The value of an attribute of an archive."""
+Value = str | int | float  # the value of an attribute of an archive
 
 SCHEMA = 1
 """Number of the archive's format; it rises when older readers would misread a new archive."""
@@ -51,11 +50,7 @@ _PACKAGE = Path(__file__).parent.parent
 
 
 def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> dict[str, Value]:
-    """Return the attributes of an archive: the request, the time, the program, and `about`.
-
-    Arguments: the request; `about`, attributes of this kind of archive, which override others of
-    the same name; the `time` of the run, by default now.
-    """
+    """Return the attributes of an archive, which `about` overrides; `time` is by default now."""
     command = " ".join(sys.argv).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
     return {
         "Conventions": "CF-1.10",
@@ -72,7 +67,6 @@ def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> 
 
 
 def now() -> str:
-    """Return the time in UTC, to the second, as ISO 8601 has it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
@@ -102,11 +96,7 @@ def version(package: str) -> str:
 
 @cache
 def commit() -> str:
-    """Return the commit of the clone from which this program runs, with `+` after it for changes.
-
-    Of an installed program, that of the clone from which it was built.  Empty where it is not
-    known: built from no clone, or git fails.
-    """
+    """Return the commit of the clone that this program comes from, with `+` for changes."""
     if not (_PACKAGE.parent / ".git").exists():
         note = _PACKAGE / "_data" / "commit.txt"
         return note.read_text("ascii").strip() if note.is_file() else ""
@@ -125,7 +115,6 @@ def commit() -> str:
 
 
 def _source_hash() -> str:
-    """Return the SHA-256 of the names and contents of all sources of this program."""
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         digest.update(f"{path.relative_to(_PACKAGE).as_posix()}\0".encode())

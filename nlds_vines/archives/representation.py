@@ -10,11 +10,8 @@ from typing import Any
 
 import numpy as np
 
-MOST_LINES, WIDTH = 5, 100
-"""Lines of a repr, and characters of a line."""
-
-Rows = Iterable[tuple[str, str]]
-"""Names with their values, both as text."""
+MOST_LINES, WIDTH = 5, 100  # lines of a repr, and characters of a line
+Rows = Iterable[tuple[str, str]]  # names with their values, both as text
 
 
 class Outlined:
@@ -57,7 +54,6 @@ class Outlined:
 
 
 def _cut(text: str, width: int) -> str:
-    """Return a text without line ends, shortened to a width."""
     text = " ".join(text.split("\n"))
     return text if len(text) <= width else f"{text[: width - 4]} ..."
 

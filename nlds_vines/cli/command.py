@@ -54,14 +54,9 @@ if TYPE_CHECKING:
 class Command:
     """One command of the console script.
 
-    Arguments:
-        name: as it is called, `nlds-vines NAME`; or a program of its own, `python -m NAME`.
-        description: one sentence for the top of its help.
-        examples: the end of its help: examples that work, and the exit statuses.
-        declare: declares its options on a parser.
-        carry_out: does what the options ask for and returns the exit status; `options.argv` is
-            the list of the arguments as they were given.
-        common: the options that --help lists, with blanks between them; by default all.
+    The `name` may be that of a program of its own, `python -m NAME`.  `carry_out` does what the
+    options ask for and returns the exit status; `options.argv` is the list of the arguments as they
+    were given.  `common` are the options that --help lists, with blanks between; by default all.
     """
 
     name: str
@@ -72,14 +67,12 @@ class Command:
     common: str = ""
 
     def main(self, argv: Sequence[str] | None = None) -> int:
-        """Run the command with the arguments `argv`, None for the process's own.
+        """Run the command with `argv`, by default those of the process; return the exit status.
 
-        Returns the exit status.  A wrong request becomes one line on standard error and status 2,
-        and so does what the operating system refuses (a full disk, a file that vanished).  A run
-        that was interrupted says how to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.
-
-        Performance: the process, when it ends, is not searched for garbage, which takes a second
-        where it has compiled.
+        A wrong request becomes one line on standard error and status 2, and so does what the
+        operating system refuses (a full disk, a file that vanished).  An interrupted run says how
+        to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.  The process, when it ends, is
+        not searched for garbage, which takes a second where it has compiled.
         """
         atexit.unregister(gc.freeze)  # once, however many commands a process runs
         atexit.register(gc.freeze)
@@ -140,7 +133,6 @@ class Task(NamedTuple):
         return import_module(f"nlds_vines.{self.folder}.{word}")
 
     def read(self, path: Path) -> Any:
-        """Return the results in an archive, as the function that computed them returned them."""
         return getattr(self.part(self.result), self.reads)(path)
 
     @property
@@ -165,10 +157,7 @@ _ENSEMBLE = Task("transients", "ensemble_of", "ensemble")
 
 
 def task_of(view: ArchiveView) -> Task | None:
-    """Return the task of an open archive; of a scan of many starts in one cell, that of ensembles.
-
-    None for an archive of anything else.
-    """
+    """Return the task of an archive; for a scan of many starts in one cell that of ensembles."""
     if view.content == SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
         return _ENSEMBLE
     return TASKS.get(view.content)
@@ -178,15 +167,9 @@ def task_of(view: ArchiveView) -> Task | None:
 class Job:
     """A request and its files; checked when made, before anything heavy is loaded.
 
-    Arguments:
-        request: what to compute; source: the file that it was read from, which is not to be
-            replaced.
-        archive, plot: the files to write; None for no picture.
-        how: how the run goes.
-        frequency: the unit of axes of the frequency; None for that of the request.
-
-    A subclass says in words what its task would do (`plan`) and what has failed (`failure`); its
-    further fields are options of the command.  `TASKS` has what computes, reads and draws.
+    The `source` was read and is not to be replaced; `how` the run goes; `frequency` is the unit of
+    axes, None for that of the request.  A subclass says in words what its task would do (`plan`)
+    and what has failed (`failure`); its further fields are options of the command.
     """
 
     default: ClassVar[str] = ""
@@ -231,11 +214,7 @@ class Job:
 
     @classmethod
     def compute(cls, request: Any, source: Any, to: Any, how: RunOptions, **others: Any) -> Any:
-        """Compute a request for a function of Python, and return the results.
-
-        Arguments: the `request`; the `source` that it was read from; `to`, the archive, None for
-        one that is gone with the results; `how` the run goes; `others` of the job's fields.
-        """
+        """Compute a request for Python; without `to`, the archive goes with the results."""
         archive = ArchivePath.for_result(to, Path(cls.default).stem, how.resume, how.overwrite)
         return cls(request, request_path(source), archive, how=how, **others).run()
 
@@ -255,10 +234,7 @@ class Job:
             refuse_begun(self.archive, self.request, self.how)
 
     def run(self) -> Any:
-        """Compute, draw, and return the results.
-
-        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
-        """
+        """Compute, draw, and return the results."""
         self.refuse()
         results = self.results()
         if self.plot is not None:
@@ -266,7 +242,6 @@ class Job:
         return results
 
     def results(self) -> Any:
-        """Compute the archive, and return what it holds."""
         task = TASKS[self.request.content]
         task.part("run").run(self.request, self.archive, self.how)
         return task.read(self.archive)
@@ -276,14 +251,12 @@ class Job:
         picture.save(self.archive, plot, frequency=self.frequency)
 
     def plan(self) -> list[str]:
-        """Return the facts that --dry-run prints, one a line."""
         raise NotImplementedError
 
     def lines(self, results: Any) -> list[str]:
         return list(results.lines())
 
     def paths(self) -> list[str]:
-        """Return where the results are, one line each."""
         return [str(path) for path in (self.archive, self.plot) if path is not None]
 
     def failure(self, results: Any) -> str:
@@ -316,10 +289,9 @@ def of_task(
 ) -> Command:
     """Return the command of a task.
 
-    Arguments: its `name`; `load`, which returns the request of a source and of changes; the `job`;
-    the form of the `source` and what it is, in words; its `options` for tables and for the job; the
-    `owners` of the settings that have options; `about` the command, as `Command` takes it, and
-    `add_run`, which declares the options of a run, `but` and `usual`, as `add_settings` takes them.
+    `load` returns the request of a source and of changes; `source` is its form and words; `options`
+    are for tables and for the job, `owners` have the settings with options.  `about` may also have
+    `add_run`, which declares the options of a run, `but` and `usual` (`add_settings`).
     """
     add_run, but = about.pop("add_run", add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})
@@ -348,10 +320,7 @@ def of_task(
 def changes(
     chosen: argparse.Namespace, options: Sequence[Option], owners: Sequence[Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the document of what options change in a request file.
-
-    Raises `RequestError`, which names the option, for a text that cannot be read.
-    """
+    """Return the document of what options change in a request file."""
     document: dict[str, Any] = {}
     for option in options:
         text = getattr(chosen, option.name)

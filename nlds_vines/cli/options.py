@@ -75,8 +75,6 @@ def _number(kind: type[Number], text: str) -> Number:
 
 
 class _Help(argparse.Action):
-    """Prints the help without the options that are rarely needed."""
-
     def __call__(self, parser: Any, *_: Any, **__: Any) -> None:
         for action in parser._actions if parser.common else ():
             if action.option_strings and parser.common.isdisjoint(action.option_strings):
@@ -94,11 +92,7 @@ def add_settings(
     but: Collection[str] = (),
     usual: Mapping[str, Any] = MappingProxyType({}),
 ) -> None:
-    """Declare the options of requests and of their tables, in the order of the fields.
-
-    Arguments: `but`, the keys for which the command has no option, or another one; `usual`, the
-    defaults of the command by key, if it has others.
-    """
+    """Declare the options of requests and tables, `but` some keys; `usual` are other defaults."""
     flags: set[str] = set()  # a table may be that of several owners
     for owner in owners:
         for setting in settings_of(owner).values():
@@ -233,13 +227,11 @@ def between_colons(option: str, text: str, form: str) -> list[str]:
 
 
 def ends(option: str, text: str, *names: str) -> dict[str, float]:
-    """Return the two numbers of a text A:B, by their `names`."""
     texts = between_colons(option, text, ":".join(names).upper())
     return {name: from_text(float, option, end) for name, end in zip(names, texts, strict=True)}
 
 
 def chosen_system(options: argparse.Namespace, default: str) -> System:
-    """Return the system that --system names, or the `default`, with the parameters of --set."""
     with at("--system"):
         system = load_system(options.system or default)
     with at("--set"):
@@ -247,5 +239,4 @@ def chosen_system(options: argparse.Namespace, default: str) -> System:
 
 
 def settings_in(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the parameters that --set gives, by name [SI units], and the laws of contacts."""
     return dict(SET.read(options.set)["set"]) if SET.read else {}

@@ -62,10 +62,7 @@ class RunOptions:
     executor: Executor | None = None
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` for values out of range and options that exclude each other.
-
-        Likewise for variables of the environment with which no kernel can be loaded.
-        """
+        """Raise `RequestError` for wrong options and an environment that loads no kernel."""
         if self.threads is not None:
             whole("threads", self.threads, 1, MOST_THREADS)
         for one, other, why in _EXCLUSIVE:
@@ -123,7 +120,6 @@ def existing(text: str | os.PathLike[str], option: str = "") -> Path:
 
 
 def request_path(source: object) -> Path | None:
-    """Return the path of the request file that a source names, if it is one."""
     is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
     return Path(str(source)) if is_path else None
 
@@ -188,7 +184,6 @@ def refuse_same(*paths: Path | None) -> None:
 
 
 def refuse_existing(archive: Path, how: RunOptions) -> None:
-    """Raise `RequestError` for an archive that exists, without --resume and --overwrite."""
     if os.path.lexists(archive) and not (how.resume or how.overwrite or how.shard):
         raise RequestError(
             f"output {shown(str(archive))} exists: --resume continues it, "

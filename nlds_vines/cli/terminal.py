@@ -21,10 +21,7 @@ DONE, ORBITS_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
 
 
 def exit_status_of(name: str, work: Callable[[], int]) -> int:
-    """Run the `work` of the command `name`, print an error as one line, return the exit status.
-
-    Output that was not written, as to a full disk, is an error like any other.
-    """
+    """Run the `work` of a command, print an error as one line, and return the exit status."""
     _open_streams()
     try:
         try:
@@ -64,11 +61,7 @@ def exit_status_of(name: str, work: Callable[[], int]) -> int:
 
 
 def _open_streams() -> None:
-    """Open a closed standard input, output or error (`>&-`) as the null device.
-
-    Otherwise an archive would get one of the file descriptors 0 to 2, and messages would be written
-    into it.
-    """
+    """Open closed standard streams (`>&-`) as the null device: no archive may get their numbers."""
     for number in range(3):
         try:
             os.fstat(number)
@@ -80,10 +73,7 @@ def _open_streams() -> None:
 
 
 def say(*lines: object) -> None:
-    """Print each argument as one line, and flush; titles and names from files may have line breaks.
-
-    Characters that the terminal's encoding lacks are escaped, so that printing does not fail.
-    """
+    """Print each argument as one line, escaping what the terminal's encoding lacks, and flush."""
     for line in lines:
         text, encoding = printable(str(line)), sys.stdout.encoding or "utf-8"
         print(text.encode(encoding, "backslashreplace").decode(encoding))
@@ -104,11 +94,7 @@ def program(name: str) -> str:
 def table(
     head: Sequence[str], rows: Iterable[Sequence[str]], right: Container[int] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a Markdown table, each row as soon as `rows` yields it.
-
-    Cells missing at the end of a row are empty, columns in `right` are aligned to the right.  A
-    slash replaces a bar, which would end the cell.
-    """
+    """Yield the lines of a Markdown table; rows are filled up with empty cells."""
     yield f"| {' | '.join(head)} |"
     yield f"|{'|'.join('---:' if i in right else '---' for i in range(len(head)))}|"
     for row in rows:

@@ -22,11 +22,8 @@ from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
 from nlds_vines.runs.interrupts import exit_without_destructors
 
-ADDRESS = "127.0.0.1"
-"""The only address at which the page is served."""
-
-PORT = 5006
-"""The default port; 0 takes a free one."""
+ADDRESS = "127.0.0.1"  # the only address at which the page is served
+PORT = 5006  # the default port; 0 takes a free one
 
 FREQUENCY = f"of the frequency of the force: {', '.join(UNITS)} [as stated]"
 """The help of --frequency."""
@@ -50,7 +47,6 @@ exit status: 130 after Ctrl-C, 143 terminated; 2 the request is wrong, or the po
 
 
 def refuse_without_bokeh(command: str) -> None:
-    """Raise `RequestError` if Bokeh is not installed."""
     if find_spec("bokeh") is None:
         raise RequestError(
             f"{command} needs Bokeh: python -m pip install 'nlds-vines[explore]' installs it"
@@ -67,10 +63,7 @@ def refuse_samples(scan: Scan) -> None:
 
 
 def listening(port: int) -> socket.socket:
-    """Return a socket that listens on a port of this machine alone.
-
-    Raises `RequestError` if the port is taken.
-    """
+    """Return a socket that listens on a port of this machine alone, unless the port is taken."""
     try:
         place = socket.create_server((ADDRESS, port), backlog=64)
     except OSError as error:
@@ -140,7 +133,6 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 
 def _diagram_of(system: System) -> Scan:
-    """Return the diagram of a system around the natural frequency of its structure."""
     m1, k1, _ = system.structure
     center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
     low, high = (factor * center for factor in _WINDOW)

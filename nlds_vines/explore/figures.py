@@ -85,7 +85,6 @@ def frame(
 
 
 def plain_figure(name: str, height: int, **settings: Any) -> Any:
-    """Return an empty figure of a height [pixels]."""
     options = {
         "tools": "pan,box_zoom,wheel_zoom,reset,save", "active_drag": None, "active_scroll": None,
         "toolbar_location": None, "sizing_mode": "stretch_width", "border_fill_color": None,
@@ -107,8 +106,6 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
 
 
 class Layer:
-    """An image of codes in a figure."""
-
     def __init__(self, home: Any) -> None:
         nothing = np.zeros((1, 1), np.uint8)
         data = {"image": [nothing], "x": [0.0], "y": [0.0], "dw": [1.0], "dh": [1.0]}
@@ -212,7 +209,6 @@ class MapFigure:
                 axis.major_label_overrides = {i: f"{values[i]:.4g}" for i in every}
 
     def show_values(self, values: np.ndarray, label: str) -> None:
-        """Label the ordinate of a diagram and let it hold all finite values."""
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         room = 0.04 * ((high - low) or abs(high) or 1.0)
@@ -256,7 +252,6 @@ class MapFigure:
             self.mark.data = {"x": where[:1], "y": where[1:]}
 
     def cell_at(self, x: float, y: float) -> tuple[int, int] | None:
-        """Return the cell at a place of the figure, None beside the cells."""
         where = [one.nearest(at) for one, at in zip(self.places, (x, y), strict=False)]
         first, second = (*where, 0)[:2]
         return None if first is None or second is None else (first, second)
@@ -365,7 +360,6 @@ class OrbitFigures:
         self.legend = "".join(chip(shade, words) for shade, words in entries)
 
     def _draw(self, add: Callable[..., Any], panel: str, x: str, y: str, **look: Any) -> None:
-        """Add a glyph of two columns of a panel's data."""
         source = self.sources.setdefault(panel, ColumnDataSource(name=f"{panel} data"))
         for name in (x, y):
             if name not in source.data:

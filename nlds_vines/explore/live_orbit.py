@@ -35,11 +35,8 @@ Arrays = dict[str, np.ndarray]
 SHOW, LONG = 12, 100
 """Forcing periods of a settled or short history, and of a longer one from the start."""
 
-MOST_PERIODS = 2000
-"""The most periods of a history from the start, which take 0.05 s."""
-
-MOST_POINTS = 1000
-"""Points of a curve over time, more than a wide panel has pixels."""
+MOST_PERIODS = 2000  # the most periods of a history from the start, which take 0.05 s
+MOST_POINTS = 1000  # points of a curve over time, more than a wide panel has pixels
 
 SETTLED = "settled"
 
@@ -51,29 +48,20 @@ HISTORIES: Mapping[str, str] = {
 }
 """The time histories that a page can show, with their names in words."""
 
-SAMPLES = 256
-"""States per period, about five in a contact; the list of impacts has the exact peak."""
+SAMPLES = 256  # states per period, about five in a contact; the list of impacts has the exact peak
 
 MOST_CYCLES = 24
 """Forcing periods of a phase trajectory that is not periodic; more would fill the plane."""
 
-HIGHEST = 12.0
-"""The highest frequency of the spectrum, in multiples of the forcing frequency."""
-
+HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the forcing frequency
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
-
-PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"
-"""The names of saved files."""
-
+PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"  # the names of saved files
 _one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow each other
 
 
 @dataclass(frozen=True)
 class LiveOrbit:
-    """An orbit: the request of its portrait, the sampled window, its regime, arrays by panel.
-
-    If `classify` failed, `regime` is None and `trouble` gives the reason.
-    """
+    """An orbit; if `classify` failed, `regime` is None and `trouble` gives the reason."""
 
     request: PortraitRequest
     view: View
@@ -94,14 +82,11 @@ def live_orbit(
     history: str = SETTLED,
     unit: str = RAD,
 ) -> LiveOrbit:
-    """Follow and classify the orbit of a system from a start (x1, v1, x2, v2) [m, m/s].
-
-    Arguments: the `scan` with whose sampling it is followed; `history`, one of `HISTORIES`; the
-    `unit` of frequencies in its portrait.
+    """Follow and classify an orbit with the sampling of a `scan`.
 
     Raises `RequestError` for an impossible start and for an orbit that ends early.  Once compiled,
-    a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start
-    0.02 s more per thousand periods.
+    a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start 0.02
+    s more per thousand periods.
     """
     from nlds_vines.orbits.classification import classify
     from nlds_vines.orbits.simulation import IntegrationError
@@ -214,7 +199,6 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
 
 
 def words_of(regime: Regime) -> str:
-    """Describe the motion of an orbit in a clause."""
     n, k = regime.period, regime.impacts
     each = "forcing period" if n == 1 else f"{n} forcing periods"
     impacts = f"{k} impact{'s' * (k > 1)} in each" if k else "no impact"
@@ -283,7 +267,6 @@ def portrait_command(request: PortraitRequest) -> str:
 
 
 def picture(request: PortraitRequest, view: View) -> str:
-    """Return the portrait of an orbit as a picture (.png) in base64."""
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.portrait.picture import portrait
 

@@ -30,8 +30,7 @@ from nlds_vines.explore.page_state import READY, Chosen, Job, Opened, SliderSpec
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
 """The least time between two images of a map under way: seconds, multiples of the painting time."""
 
-MAP_SIZE = (700, 340)
-"""Pixels of a map or a diagram until the browser reports its size."""
+MAP_SIZE = (700, 340)  # pixels of a map or a diagram until the browser reports its size
 
 
 def in_words(error: Exception) -> str:
@@ -153,8 +152,6 @@ class Page:
     # ---- callbacks
 
     def on(self, model: Any, name: str, call: Callable[[Any], object]) -> None:
-        """Call something when the browser changes a property."""
-
         def changed(attr: str, old: Any, new: Any) -> None:
             if not self.setting:
                 self.guarded(call, new)
@@ -173,7 +170,6 @@ class Page:
 
     @contextmanager
     def sets(self) -> Iterator[None]:
-        """Set properties of widgets without calling back."""
         before, self.setting = self.setting, True
         try:
             yield
@@ -485,7 +481,6 @@ class Page:
         )
 
     def draw(self) -> None:
-        """Draw the orbit as `portrait` does."""
         if (orbit := self.orbit) is None:
             raise RequestError("there is no orbit to draw yet")
         self.say_trouble("drawing the picture ...")

@@ -29,14 +29,12 @@ from nlds_vines.orbits.records import NOT_COMPUTED
 MOST_SECTION = 2**24
 """The most numbers of sections in memory (128 MB); of a larger map, each section is shortened."""
 
-MOST_LANES = 4_000_000
-"""The most orbits of a map on a page: their results take some gigabytes."""
+MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes
 
 NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
 """The datasets with one number for each orbit, the most important first."""
 
-TOUCHES = drawn_in(TOUCHED)
-"""The datasets with a number for each touch, which only diagrams show."""
+TOUCHES = drawn_in(TOUCHED)  # the datasets with a number for each touch, which only diagrams show
 
 _PLAIN = (*NUMBERS, "capture", "status", "label", "multipliers", "orbit_point")
 
@@ -117,7 +115,6 @@ class Stored:
     def system_of(
         self, cell: tuple[int, int], settings: Mapping[str, float] | None = None
     ) -> System:
-        """Return the system of a cell, with the parameters in `settings` changed."""
         return system_at(self.scan, cell[: len(self.scan.axes)], settings)
 
     def start_of(
@@ -136,7 +133,6 @@ class Stored:
         return value
 
     def put(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add the results of a block of cells to those of a scan under way."""
         for name, values in self.arrays.items():
             computed = arrays[name]
             if name == "section":
@@ -146,13 +142,7 @@ class Stored:
 
 
 def stored(path: str | os.PathLike[str], unit: str | None = None) -> Stored:
-    """Return the results in the archive of a scan.
-
-    Arguments: the `unit` in which frequencies are shown, None for that of the request.
-
-    Raises `RequestError` if there is no such file, if it is damaged, if it is not a scan's, and for
-    a wrong unit.
-    """
+    """Return the results in the archive of a scan; `unit` is that of frequencies."""
     path = Path(path)
     with archive.read(path) as view:
         if view.content != SCAN:
@@ -196,10 +186,7 @@ def _shown(results: Stored, unit: str | None) -> Stored:
 
 
 def _shapes(scan: Scan) -> dict[str, tuple[int, ...]]:
-    """Return the datasets of a scan that its page shows, with their shapes in memory.
-
-    Raises `RequestError` if the scan has more orbits than a page can show.
-    """
+    """Return the datasets of a scan that its page shows, with their shapes in memory."""
     if scan.lanes > MOST_LANES:
         raise RequestError(
             f"{scan.title} has {scan.lanes} orbits; a page shows up to {MOST_LANES}: "

@@ -34,11 +34,8 @@ UNKNOWN = "not computed"
 COMPUTED = ((UNKNOWN, CLEAR), ("computed", palette.RAMP[0]), ("failed", palette.OTHERS["failed"]))
 """Words and colors of a map of an archive that records nothing else to show."""
 
-MOST_SHARES = 6
-"""The most regimes whose share of the starts can be shown."""
-
-MOST_NAMED = 40
-"""The most regimes in a legend."""
+MOST_SHARES = 6  # the most regimes whose share of the starts can be shown
+MOST_NAMED = 40  # the most regimes in a legend
 
 MOST_POINTS = 2_000_000
 """The most points of a diagram; of longer sections it shows the last periods."""
@@ -61,17 +58,14 @@ class Places(NamedTuple):
     one: float
 
     def nearest(self, place: float) -> int | None:
-        """Return the index of the cell at a place, None outside the map."""
         inside = self.low <= place <= self.high
         return int(np.abs(self.at - place).argmin()) if inside else None
 
     def parameter(self, place: float) -> float:
-        """Return the value of the parameter at a place [SI units]."""
         value = place if self.even else float(np.interp(place, self.at, self.axis.values))
         return value * self.one
 
     def of(self, parameter: Any) -> np.ndarray:
-        """Return the places of values of the parameter [SI units]."""
         values = np.asarray(parameter, float) / self.one
         return values if self.even else np.interp(values, self.axis.values, self.at)
 
@@ -109,15 +103,10 @@ def with_unit(value: float, unit: str, digits: int = 4) -> str:
 
 @dataclass(frozen=True)
 class Show:
-    """A quantity that a map or a diagram can show.
+    """A quantity that a map or a diagram can show; `name` is as in `--show`.
 
-    Attributes:
-        name: as in `--show`; title: in words.
-        column: the argument of `column`.
-        of_start: whether each start has a value.
-        classes: (word, color[, shared name]) of each code; empty for numbers.
-        unit, logarithmic: of numbers.
-        points: whether a diagram draws several points per cell.
+    `column` is the argument of the function `column`.  `classes` are (word, color[, shared name])
+    of each code, empty for numbers; of `points`, a diagram draws several per cell.
     """
 
     name: str
@@ -134,7 +123,6 @@ STATUS_SHOW = Show("status", "status", "computed", classes=COMPUTED)
 
 
 def shows_of(results: Stored) -> list[Show]:
-    """Return the quantities that the map or diagram of a scan can show, the default first."""
     is_map, scene = len(results.scan.axes) == 2, results.scan.system.scene
     shows: list[Show] = []
     if is_map and "label" in results:
@@ -173,10 +161,7 @@ def shows_of(results: Stored) -> list[Show]:
 
 
 def label_codes(results: Stored) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Return the labels by code, the code of each orbit, and that of each cell's most frequent one.
-
-    Code 0 is a cell that is not computed.
-    """
+    """Return labels by code (0: not computed), codes of orbits, and of each cell's usual one."""
 
     def encode() -> tuple[list[str], np.ndarray, np.ndarray]:
         labels = results.lanes("label").astype(np.str_)
@@ -247,7 +232,6 @@ class Picture(NamedTuple):
 
 
 def painted(results: Stored, show: Show, start: int) -> Picture:
-    """Return the image of a map; of the chosen start if starts have their own values."""
     values = column(results, show.column)
     values = values[:, start if show.of_start else 0].reshape(results.shape).T
     if show.classes:
@@ -284,7 +268,6 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
 
 
 def diagram_values(results: Stored, show: Show) -> np.ndarray:
-    """Return the ordinates of a diagram, shape (cells, starts, points)."""
     if not show.points:
         return column(results, show.column)[..., np.newaxis]
     most = max(1, MOST_POINTS // results.scan.lanes)
@@ -394,7 +377,6 @@ def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[st
             lines.append("all starts: " + ", ".join(f"{one} × {-n}" for n, one in counts))
 
     def number(name: str) -> float:
-        """Return a number of the orbit, NaN if it does not apply."""
         if name == "multiplier":
             return float(np.hypot(*results.lanes("multipliers")[row, start, 0]))
         value = results.lanes(name)[row, start]

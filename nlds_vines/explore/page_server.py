@@ -30,11 +30,8 @@ from tornado.web import OutputTransform, RequestHandler
 
 from nlds_vines.runs.interrupts import INTERRUPTED, TERMINATED
 
-LEFT_SECONDS = 2.0
-"""Seconds after a page is closed at which its work ends."""
-
-MOST_PAGES = 12
-"""The most open pages; each takes half a second to make, and memory."""
+LEFT_SECONDS = 2.0  # seconds after a page is closed at which its work ends
+MOST_PAGES = 12  # the most open pages; each takes half a second to make, and memory
 
 ENTRY = "/enter"
 
@@ -53,8 +50,6 @@ _HEADERS = {
 
 
 class Headers(OutputTransform):
-    """Adds `_HEADERS` to every answer."""
-
     def transform_first_chunk(self, status_code: int, headers: Any, *rest: Any) -> Any:
         headers.update(_HEADERS)
         return status_code, headers, rest[0]
@@ -82,10 +77,7 @@ class OwnersServer(BokehTornado):
     """Bokeh's server behind a check of the cookie, the host and the origin of each request."""
 
     def __init__(self, fill: Callable[[Document], object], host: str) -> None:
-        """Draw the token; `fill` fills a new page at `host`, an address and a port.
-
-        The name of the cookie contains the port, since all ports of a host share cookies.
-        """
+        """Draw the token; the cookie is named by the port, as all ports of a host share cookies."""
         self._host, self.token = host, secrets.token_urlsafe(24)
         self._cookie = f"nlds_vines_{host.rpartition(':')[2]}"
         super().__init__(
@@ -133,11 +125,7 @@ def serve(
     greet: Callable[[str], object],
     browser: bool,
 ) -> int:
-    """Serve a page on this machine until Ctrl-C or SIGTERM; return the exit status.
-
-    Arguments: `fill` fills the document of a new page; a `listening` socket; `greet` is called with
-    the address; whether to open a `browser` there.
-    """
+    """Serve pages, which `fill` fills, until Ctrl-C or SIGTERM; return the exit status."""
     for name in ("bokeh", "tornado"):  # a page shows its own errors
         logging.getLogger(name).setLevel(logging.CRITICAL)
     status, loop, host = 0, IOLoop.current(), "{}:{}".format(*listening.getsockname())

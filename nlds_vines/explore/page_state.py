@@ -21,14 +21,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import SETTLED, live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import (
-    CONTACT,
-    INITIAL,
-    PHASE,
-    Parameter,
-    component_of,
-    described,
-)
+from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, Parameter, component_of, described
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
 from nlds_vines.runs.progress import Clock
@@ -36,16 +29,14 @@ from nlds_vines.runs.progress import Clock
 MOST_ORBITS = 40_000
 """The most orbits of a part that is computed finer: about a minute on two processors."""
 
-FEWEST = 3
-"""The fewest cells along each axis."""
+FEWEST = 3  # the fewest cells along each axis
 
 LOADING, READY = "loading the kernels", ""
 COMPILING = "compiling the kernels, once, for half a minute or so"
 """The states of the kernels, as the page writes them."""
 
 
-LAST_SECONDS = 1.0
-"""Seconds for which the end of the command waits for the block under way."""
+LAST_SECONDS = 1.0  # seconds for which the end of the command waits for the block under way
 
 Range = tuple[float, float]
 
@@ -63,13 +54,9 @@ def compiling(seconds: float) -> str:
 
 
 def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None) -> Scan:
-    """Return a scan of a part of the map with as many cells as the whole map has.
+    """Return a scan of a part of the map with as many cells as the map has.
 
-    Arguments: `ranges` (low, high) of the axes [SI units]; `settings`, new values of parameters
-    that are not varied.
-
-    A part of more than `MOST_ORBITS` orbits has fewer cells.  Raises `RequestError` for an empty
-    range and for values that the system refuses.
+    The `ranges` are (low, high) [SI units].  Of more than `MOST_ORBITS` orbits it has fewer cells.
     """
     share = min(1.0, MOST_ORBITS / scan.lanes) ** (1 / len(scan.axes))
     axes = []
@@ -145,14 +132,10 @@ class Chosen:
         return CellStart(state, "the start of the sliders")
 
     def values(self) -> dict[str, float]:
-        """Return the values that sliders show [SI units]."""
         return {**self.scan.system.parameters, **self.results.values_of(self.cell), **self.free}
 
     def part(self, ranges: Sequence[Range] | None = None) -> Scan:
-        """Return the scan of a part of the map, or of all of it, with the sliders' values.
-
-        Without ranges and changed sliders it is the scan of the map itself.
-        """
+        """Return the scan of a part of the map, or of all of it, with the sliders' values."""
         varied = {axis.name for axis in self.scan.axes}
         settings = {name: value for name, value in self.free.items() if name not in varied}
         if ranges is None and not settings:
@@ -231,11 +214,7 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
 
 
 class Job(threading.Thread):
-    """A scan that is computed in its own thread, block after block.
-
-    Attributes: the `results`; how many orbits are `done` of the `total`; the `error` that ended it;
-    a `note` on what precedes the first block; whether it was `cancelled`.
-    """
+    """A scan computed in its own thread, block after block; `note` says what precedes."""
 
     def __init__(self, scan: Scan, changed: Callable[[], object], unit: str | None = None) -> None:
         """Prepare to compute `scan`; `changed` is called after every block; `unit` as `empty`."""
@@ -319,10 +298,7 @@ class Opened:
                 self._follows = False
 
     def close(self) -> bool:
-        """End the computation after the block under way; return True if no thread is at work.
-
-        A compilation cannot be ended.
-        """
+        """End the computation after the block under way; return True if no thread is at work."""
         if self.job is not None:
             self.job.cancelled = True
             if self.job.is_alive():

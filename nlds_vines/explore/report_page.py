@@ -28,18 +28,13 @@ from nlds_vines.explore import figures, map_view
 from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.plotting.style import HUES
 
-MOST_BYTES = 5_000_000
-"""The most bytes of a page, which a mail takes."""
+MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
 
 POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)
 """Numbers of states of each section, the most first; the page holds the most that fit."""
 
-MOST_DOTS = 100_000
-"""The most dots of a diagram that a browser draws at once."""
-
-BITS = 12
-"""Bits of a number after the leading one."""
-
+MOST_DOTS = 100_000  # the most dots of a diagram that a browser draws at once
+BITS = 12  # bits of a number after the leading one
 _LAST, _NONE = 65534, 65535  # codes of the largest value of a component, and of no state
 _SECTION_SHARE = 0.4  # of the room, for sections before numbers
 _SYMBOLS = {"x": "x", "v": "ẋ", "x1": "x₁", "v1": "ẋ₁", "x2": "x₂", "v2": "ẋ₂"}
@@ -76,10 +71,7 @@ class Section(NamedTuple):
 def report_page(
     results: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
 ) -> Report:
-    """Return the page of a map, with branches and further tables.
-
-    It holds as many states of the sections and as many recorded numbers as `MOST_BYTES` allow.
-    """
+    """Return the page of a map, with as many states and numbers as `MOST_BYTES` allow."""
     special = [] if branches is None else [special_table(branches, results)]
     tables = [table for table in (*special, *tables) if table.rows]
     empty = Section(np.empty((results.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
@@ -226,7 +218,6 @@ def _arguments(
     section: Section,
     names: Sequence[str],
 ) -> dict[str, Any]:
-    """Return the arguments of the script of the page, by name."""
     is_map, count = figure.is_map, len(results.starts)
     components = [*results.scan.system.scene.components]
     columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}
@@ -295,7 +286,6 @@ def _table(table: Table) -> str:
 
 
 def _provenance(results: Stored, left_out: str) -> str:
-    """Return the provenance of the archive, without its author's machine and paths."""
     rows = [] if results.path is None else [("archive", results.path.name)]
     rows += [(words, str(results.about[key])) for key, words in _PROVENANCE if key in results.about]
     cells = (f"<tr><th>{escape(one)}</th><td>{escape(value)}</td></tr>" for one, value in rows)
@@ -357,10 +347,9 @@ def special_table(result: Continued, results: Stored) -> Table:
 
 
 def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:
-    """Draw a continuation over the figure of a map or a diagram.
+    """Draw a continuation over a map or a diagram.
 
-    Returns the renderers by the name of the quantity that the diagram shows with them; under "" the
-    renderers that are always visible.
+    Returns the renderers by the quantity shown with them, under "" those that are always visible.
     """
     components, special = results.scan.system.scene.components, result.special_points
     places, along = map_view.places_of(results), result.request.along.name

@@ -33,7 +33,6 @@ class Band(NamedTuple):
 
 
 def refuse_undrawable(name: str, values: np.ndarray) -> None:
-    """Raise `RequestError` if values of an axis are too large or too small to be drawn."""
     sizes = np.abs(values)
     wrong = values[(sizes > LARGEST) | ((sizes < SMALLEST) & (sizes > 0))]
     if wrong.size:
@@ -50,7 +49,6 @@ def drawable(values: np.ndarray) -> np.ndarray:
 
 
 def evenly_spaced(values: np.ndarray) -> bool:
-    """Return True if two or more ascending `values` (n,) are equidistant."""
     steps = np.diff(values)
     return bool(np.allclose(steps, steps[0], rtol=_EVEN))
 
@@ -101,7 +99,6 @@ def _borders(values: np.ndarray) -> np.ndarray:
 
 
 def bands(values: np.ndarray, labels: np.ndarray) -> list[Band]:
-    """Return the runs of equal `labels` along ascending `values`, both of shape (cells,)."""
     starts = np.flatnonzero(np.concatenate([[True], labels[1:] != labels[:-1]]))
     borders = edges(values)
     stops = np.append(starts[1:], labels.size)

@@ -27,8 +27,6 @@ of dots and of shaded cells."""
 
 
 class Drawing(ABC):
-    """A drawing of the archives of one kind."""
-
     @abstractmethod
     def names(self, view: ArchiveView) -> Mapping[str, str]:
         """Return the names and meanings of what an archive can show."""
@@ -66,14 +64,9 @@ class Drawing(ABC):
         show: str | None = None,
         frequency: str | None = None,
     ) -> Path:
-        """Draw the archive at a path, save the picture and return the picture's path.
+        """Draw an archive and save the picture with the hash of its request in the metadata.
 
-        The suffix of `plot_path` chooses one of `FORMATS`, `frequency` the unit of
-        axes of the frequency (`count_in`).  The metadata have the hash of the request.  Equal
-        archives give equal bytes.
-
-        Raises `RequestError` for another suffix, for an archive that cannot be read or drawn, and
-        for a path that cannot be written.
+        For `frequency` see `count_in`.  Equal archives give equal bytes.
         """
         path = Path(plot_path)
         check_format(path)
@@ -121,11 +114,7 @@ class Picture(Drawing):
 def chosen(
     show: str | None, panels: Iterable[str], usual: Iterable[str], several: bool
 ) -> list[str]:
-    """Return the different panels in `show`, or the `usual` ones.
-
-    Raises `RequestError` for one that is not among the `panels` and, unless `several` are possible,
-    for more than one.
-    """
+    """Return the different panels in `show`, or the `usual` ones; `RequestError` for any other."""
     if show is None:
         return list(usual)
     panels = list(panels)
@@ -136,7 +125,6 @@ def chosen(
 
 
 def several_panels(show: str, panels: Iterable[str]) -> RequestError:
-    """Return the error of several panels in one pair of axes."""
     names = ", ".join(panels)
     return RequestError(f"show = {show!r} names several panels, axes take one of: {names}")
 
@@ -168,10 +156,8 @@ def check_format(path: Path) -> str:
 def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
     """Save a figure, completely or not at all, and return its path.
 
-    Arguments: its `path`, whose suffix chooses one of `FORMATS`; for the metadata its `title` and
-    its `origin`, the name and the value of a hash.  The file has no date, so its bytes repeat.
-
-    Raises `RequestError` for another suffix and for a path that cannot be written.
+    Title and `origin`, the name and the value of a hash, are in the metadata.  The suffix chooses
+    one of `FORMATS`.  The file has no date, so its bytes repeat.
     """
     form, (name, digest) = check_format(path), origin
     # matplotlib names the elements of an SVG at random unless it is given a salt

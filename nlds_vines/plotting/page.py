@@ -53,9 +53,7 @@ _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
 _PASSES = 2  # layouts before the last, as ticks depend on the heights of panels
 _LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
 _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
-LETTER_ROOM = 12
-"""Points above a panel that its letter takes: the offset of a legend there."""
-
+LETTER_ROOM = 12  # points above a panel that its letter takes: the offset of a legend there
 _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEWEST = 3  # numbers along a logarithmic axis
 _ROUNDEST = (1, 2, 5, 3, 4, 6, 7, 8, 9)  # digits in the order in which they are written
@@ -64,12 +62,9 @@ _CLAUSE = re.compile(r"(?<=[,;:]) ")  # spaces at which a title may be broken
 
 @dataclass(frozen=True)
 class Page:
-    """The size of a picture [inches] for one column of a paper or two; letters have one size.
+    """The size [inches] of a picture for one column of a paper or two; letters have one size.
 
-    Attributes:
-        width: of the picture.
-        panel, map_height: of a panel of a diagram, and of a map.
-        beside: whether panels and legends stand beside each other, or below.
+    Panels and legends stand `beside` each other, or below.
     """
 
     width: float
@@ -110,10 +105,7 @@ def styled() -> Iterator[None]:
 
 
 def sheet(style: str | None) -> AbstractContextManager[None]:
-    """Return the context of a style sheet of matplotlib, by name or path; None for no sheet.
-
-    Raises `RequestError` if there is no such sheet.
-    """
+    """Return the context of a style sheet of matplotlib, by name or path; None for no sheet."""
     if style is None:
         return nullcontext()
     from matplotlib import style as sheets
@@ -156,11 +148,7 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
 
 
 def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
-    """Write the title, set the heights of the rows, and fix the layout.
-
-    Arguments: the `title`, plain text (`notation.typeset`), broken into lines after commas and
-    colons; a line `below` it, in LaTeX.
-    """
+    """Write the title, plain text, and a line `below` it, in LaTeX; set the heights of the rows."""
     parts, width = [typeset(title), *filter(None, [below])], figure.get_figwidth()
     lines = [line for part in parts for line in lines_of(part, width - _LEFT)]
     figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
@@ -213,11 +201,7 @@ def add_legend(
     offset: float = 0.0,
     **look: Any,
 ) -> Legend:
-    """Add a legend outside axes, above or below them in as many columns as fit.
-
-    Arguments: `handles` with labels; an additional distance `offset` [points]; settings of
-    `Axes.legend`.
-    """
+    """Add a legend outside axes, above or below them in as many columns as fit."""
     size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
     usual: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.0, "columnspacing": 1.4}
     usual |= {"handlelength": 1.4, "handletextpad": 0.4, "labelspacing": 0.35} | look

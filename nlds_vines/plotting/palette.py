@@ -40,16 +40,12 @@ DAMPERS: Mapping[str, str] = {
 }
 """Colors of dampers by the names of their systems, those of the paper's figures."""
 
-LONG = f"{len(RAMP)}T and longer"
-"""The name of the regimes that share the ramp's last color."""
-
+LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last color
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
-
 COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 """Colors of one, two, three ... regimes in a cell; the last one counts for more."""
 
-HATCHED = "undetermined"
-"""The label with a hatch over its color."""
+HATCHED = "undetermined"  # the label with a hatch over its color
 
 THROUGH_CHAOS = "...."
 """The hatch over the color of a regime that an orbit reached through transient chaos."""
@@ -57,8 +53,7 @@ THROUGH_CHAOS = "...."
 INADMISSIBLE = ", inadmissible"
 """The end of the label of an orbit that passes the limit of its scene."""
 
-PASSED = "\\\\\\\\"
-"""The hatch over such orbits."""
+PASSED = "\\\\\\\\"  # the hatch over such orbits
 
 _HATCHES = {HATCHED: "//////"}
 _PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9}))?")
@@ -126,7 +121,6 @@ def drawn_as(label: str) -> str:
 
 
 def example_of(word: str) -> str:
-    """Return a label with this name in legends."""
     return word.replace(LONG, _EXAMPLE)
 
 
@@ -150,7 +144,6 @@ def ink_of(label: str) -> str:
 
 
 def hatch_of(label: str) -> str:
-    """Return the hatch of a label, or an empty text."""
     if label.endswith(INADMISSIBLE):
         return hatch_of(label.removesuffix(INADMISSIBLE)) + PASSED
     return _HATCHES.get(label, THROUGH_CHAOS if label.startswith(TRANSIENT) else "")
@@ -164,7 +157,6 @@ def patch_look(label: str, color: str) -> dict[str, Any]:
 
 
 def is_dark(color: str) -> bool:
-    """Return True if text on this color must be white."""
     return _luma(color) < _DARK
 
 
@@ -189,7 +181,6 @@ def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
 
 
 def mixed(color: str, other: str, share: float) -> str:
-    """Return a color mixed with a share, from 0 to 1, of another one."""
     pairs = zip(_channels(color), _channels(other), strict=True)
     return "#" + "".join(f"{round(c + (o - c) * share):02x}" for c, o in pairs)
 

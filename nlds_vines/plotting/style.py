@@ -17,11 +17,8 @@ from nlds_vines.model.parameters import DESCRIBED, PHASE, described
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
 from nlds_vines.model.scenes import FOOT, SCENES
 
-CM = 1 / 2.54
-"""One centimeter in inches."""
-
-WIDTH = 16 * CM
-"""Width of every picture in inches."""
+CM = 1 / 2.54  # one centimeter in inches
+WIDTH = 16 * CM  # width of every picture in inches
 
 STYLE: dict[Any, Any] = {
     "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second has the subscripts of m₁ and ω₁
@@ -56,9 +53,7 @@ HUES: Mapping[str, str] = MappingProxyType(
 )
 """Colors of Okabe and Ito, with gray and without yellow, which is too pale for a line."""
 
-GREEN = HUES["green"]
-"""The color of the structure's energy, green as in the paper."""
-
+GREEN = HUES["green"]  # the color of the structure's energy, green as in the paper
 NAVY = "#1b2a49"
 """The color of a single curve, and of orbits from rest."""
 
@@ -68,14 +63,12 @@ GRAY = "#8a8a8a"
 NO_VALUE = "#c8c8c8"
 """The color of cells without a value."""
 
-SHADES = "viridis"
-"""The color map of numbers, with even steps of lightness."""
+SHADES = "viridis"  # the color map of numbers, with even steps of lightness
 
 DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
 """Settings of a cloud of dots, without their size."""
 
-ROUND_OFF = 1e-17
-"""The value at which an error of zero is drawn; smaller values are round-off."""
+ROUND_OFF = 1e-17  # the value at which an error of zero is drawn; smaller values are round-off
 
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
 STARTS = (
@@ -87,7 +80,6 @@ STARTS = (
 
 
 def axis_label(parameter: str) -> str:
-    """Return the label of the axis of a parameter: meaning up to a semicolon, symbol, unit."""
     entry = described(parameter)
     return labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
@@ -112,15 +104,11 @@ def body_of(kind: object) -> str:
 
 
 def start_colors(starts: Sequence[str]) -> list[str]:
-    """Return a color for every start, by its name; others repeat after seven."""
     return [_POLICIES.get(name, STARTS[i % len(STARTS)]) for i, name in enumerate(starts)]
 
 
 def labeled(meaning: str, symbol: str, unit: str) -> str:
-    """Return a label; without a symbol if it is empty, without a unit if it is 1.
-
-    A comma separates the symbol from a meaning with commas.
-    """
+    """Return a label, with a comma before the symbol if the meaning has commas."""
     if symbol and "," in meaning:
         meaning += ","
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
@@ -138,7 +126,6 @@ _PLAIN = (1e-3, 1e4)  # bounds of numbers without a power of ten
 
 
 def latex_symbol(parameter: str) -> str:
-    """Return the symbol of a parameter in LaTeX."""
     return in_latex(described(parameter).symbol)
 
 
@@ -167,12 +154,10 @@ def number_text(value: float) -> str:
 
 
 def raised(unit: str) -> str:
-    """Return a unit with superscripts: N/m^(3/2)."""
     return _POWER.sub(lambda match: f"$^{{{_fraction(match[1])}}}$", unit)
 
 
 def setting_label(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter in LaTeX: k1 = 3.95 x 10^4 N/m."""
     unit = described(parameter).unit
     text = f"${latex_symbol(parameter)}={number_text(value)}$"
     return text + (f" {raised(unit)}" if unit != "1" else "")

@@ -17,14 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import (
-    SET,
-    SYSTEM,
-    Option,
-    comma_separated,
-    numbers,
-    numbers_by_name,
-)
+from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.running import (
     ARCHIVE_SUFFIXES,
     RunOptions,
@@ -160,10 +153,7 @@ def orbit_portrait(
 
 @dataclass(frozen=True)
 class Job(commands.Job):
-    """A portrait to compute and draw.
-
-    An archive without a name is written only if the histories are exported to `csv`.
-    """
+    """A portrait, of which an unnamed archive is written only to export histories to `csv`."""
 
     request: PortraitRequest
     csv: Path | None = None

@@ -100,10 +100,7 @@ _LETTER_BOX = 23.0, 19.0  # points, size of the corner that a letter takes
 
 
 class Place(NamedTuple):
-    """A panel on the page: its kind, its view, its axes, whether it is first or last in its row.
-
-    `alone` means that it has its own heading and scales.
-    """
+    """A panel of a row; `alone` means that it has its own heading and scales."""
 
     panel: str
     view: View
@@ -140,7 +137,6 @@ def _fill(axes: Axes, request: PortraitRequest, view: View, panel: str) -> None:
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return the panels that an archive can fill, with their meanings."""
     columns = portrait_in(view.path).drawn_from.columns
     allowed = panels_of([column.system.scene for column in columns])
     return {n: PANELS[n] for n in allowed if any(column.fills(n) for column in columns)}
@@ -231,7 +227,6 @@ def rows_of(
 
 
 def _are_different(row: Sequence[tuple[str, View]]) -> bool:
-    """Return True if all panels of a row are of different kinds."""
     return len({panel for panel, _ in row}) == len(row)
 
 
@@ -328,7 +323,6 @@ def fit_forces(row: Sequence[Place]) -> None:
 
 
 def _heading(view: View, joint: str) -> str:
-    """Return the name of a column, or its label, its window, and how far it passed the limit."""
     begin, end = view.column.window
     label = view.label if view.period else "no repetition"
     text = f"{typeset(view.column.name) or label}{joint}periods {begin} to {end}"
@@ -370,7 +364,6 @@ def _ticks(most: int, integer: bool = False) -> MaxNLocator:
 
 
 def _over_time(place: Place, request: PortraitRequest) -> None:
-    """Draw a panel over time; values at t = nT alone are dots."""
     view, axes, system, scene = place.view, place.axes, place.system, place.scene
     count = request.show * view.samples
     time, states = view.time[:count], view.states[:count]
@@ -520,7 +513,6 @@ def _impact_section(place: Place, request: PortraitRequest) -> None:
 def _scatter(
     axes: Axes, points: np.ndarray, color: str, label: str, is_shaded: bool = True
 ) -> None:
-    """Draw points (n, 2); if `is_shaded`, the color of many points shows their density."""
     many = len(points)
     size = _LARGE if many < _FEW else _SMALL if many < CROWDED else _SMALLEST
     if many < CROWDED or not is_shaded:
@@ -545,24 +537,14 @@ def _scatter(
 # ---- spectra -------------------------------------------------------------------------------------
 
 
-DEPTH = 100.0
-"""The range of a spectrum, in decibels below the highest line of its row."""
-
-LEAST = 1.0e-4
-"""The relative amplitude above which a line must be visible."""
-
-SHORTEST, LONGEST = 4, 8
-"""The bounds of the highest frequency, in multiples of the force's."""
-
-FINE = 240
-"""Periods above which the curve of a spectrum is thinner, as its bins are close."""
-
-ZERO = -400.0
-"""The decibels at which an amplitude of exactly zero is drawn."""
+DEPTH = 100.0  # the range of a spectrum, in decibels below the highest line of its row
+LEAST = 1.0e-4  # the relative amplitude above which a line must be visible
+SHORTEST, LONGEST = 4, 8  # the bounds of the highest frequency, in multiples of the force's
+FINE = 240  # periods above which the curve of a spectrum is thinner, as its bins are close
+ZERO = -400.0  # the decibels at which an amplitude of exactly zero is drawn
 
 
 def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
-    """Draw a spectrum in decibels, and write its broadband share."""
     view, axes, spectrum = place.view, place.axes, place.view.spectrum
     with np.errstate(divide="ignore"):
         heights = np.maximum(spectrum.decibels(), ZERO)
@@ -603,7 +585,6 @@ def _limit_spectra(row: Sequence[Place]) -> None:
 
 
 def _exponents(place: Place, request: PortraitRequest) -> None:
-    """Draw the running means of the Lyapunov exponents, and their intervals at the end."""
     axes, spectrum = place.axes, place.view.exponents
     if spectrum is None:
         return

@@ -49,8 +49,7 @@ from nlds_vines.plotting.bands import LARGEST
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.result import CellOrbit
 
-EXPONENTS = "exponents"
-"""The panel whose numbers take a further computation."""
+EXPONENTS = "exponents"  # the panel whose numbers take a further computation
 
 PANELS: Mapping[str, str] = {
     "displacement": "x1, x2 and what is struck",
@@ -85,11 +84,8 @@ SYSTEM, SAMPLES, SHOW = "ssul-set6", 1024, 12
 """What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
 contact: its force is folded onto its lines by 4e-4 of the largest at most."""
 
-MOST_STATES = 10**7
-"""The most states of a run: at 32 bytes each 320 MB, which any machine has."""
-
-MOST_COLUMNS = 4
-"""Columns of a page: more of them are too narrow to read."""
+MOST_STATES = 10**7  # the most states of a run: at 32 bytes each 320 MB, which any machine has
+MOST_COLUMNS = 4  # columns of a page: more of them are too narrow to read
 
 
 CELL, CELL_OF = "cell", "cell_of"
@@ -105,10 +101,7 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a page: a system, a window of its orbit, and what stands above it.
-
-    It fills the `panels` that are named, all of the page where none is.
-    """
+    """A column of a page, which fills some `panels`, or all if none is named."""
 
     system: System
     window: Window
@@ -293,13 +286,11 @@ class PortraitRequest(Request):
 
 
 def span(run: Sequence[Column]) -> Window:
-    """Return the window from the first to the last period that the columns of a run show."""
     windows = [column.window for column in run]
     return Window(min(w.begin for w in windows), max(w.end for w in windows))
 
 
 def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
-    """Return the panels that one of the scenes can fill."""
     damper, forces = any(s.damper for s in scenes), any(s.forces for s in scenes)
     walls = any(s.walls for s in scenes)
     without = (() if damper else _OF_DAMPER) + (() if forces else _OF_FORCES)
@@ -308,7 +299,6 @@ def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
 
 
 def checked_window(what: str, value: object) -> Window:
-    """Parse a window, a pair (begin, end) of whole numbers or a text `begin:end`."""
     pair: Any = value.split(":") if isinstance(value, str) else value
     form = f"{what} = {shown(value)} must be BEGIN:END, two numbers of forcing periods"
     if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
@@ -333,7 +323,6 @@ def described(system: System, frequency: str = RAD) -> str:
 
 
 def _checked_windows(value: object) -> list[Window]:
-    """Validate the windows of one run, in the order of time."""
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         raise RequestError(f"windows = {shown(value)} must be a list of pairs [begin, end]")
     windows = [checked_window("windows", pair) for pair in value]
@@ -372,8 +361,6 @@ class Times:
 
 @dataclass(frozen=True)
 class ColumnEntry:
-    """A column of the page, in a file."""
-
     name: str = setting("", Text(), "[column]", "what stands above it")
     settings: Mapping[str, Any] | None = setting(
         None, table, "[column]", "parameters of it", key="set"
@@ -437,10 +424,7 @@ def portrait_of(
 ) -> PortraitRequest:
     """Return the request for the orbit of an archive's cell, by default over the scan's periods.
 
-    Arguments: `changes`, as `load_portrait` takes them, without the system, the start and the
-    method, which are the cell's.
-
-    Raises `RequestError` as `load_portrait`.
+    System, start and method are the cell's, so `changes` must not have them.
     """
     scan, system = cell.scan, cell.begin.system
     sampling = changes.get("sampling", {})
@@ -458,10 +442,7 @@ def portrait_of(
 
 
 def _columns(request: Merged, times: Times) -> Iterator[Column]:
-    """Yield the columns: each [[column]] in its window or in all windows.
-
-    Windows and panels of the changes replace those of a column.
-    """
+    """Yield the columns; windows and panels of the changes replace those of a column."""
     system = request.system()
     (where, below), (changes_from, above) = request.layers
     default = [Window(times.transient, times.transient + times.periods)]

@@ -129,7 +129,6 @@ class View(Outlined):
         return self.spectrum.broadband_share(self.comb)
 
     def lines(self) -> Iterator[str]:
-        """Yield the report of the window, a line at a time."""
         begin, end = self.column.window
         name = f"{self.column.name}: " if self.column.name else ""
         yield f"{name}periods {begin} to {end} of {self.column.system.period:.6g} s each"

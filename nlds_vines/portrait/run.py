@@ -23,11 +23,7 @@ from nlds_vines.runs.store import Blocks, Write
 
 
 def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
-    """Compute a portrait into the archive `output`.
-
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, `IntegrationError` if an orbit ends early,
-    and `RequestError` if the archive cannot be written.
-    """
+    """Compute a portrait into the archive `output`; `IntegrationError` if an orbit ends early."""
     how, began = RunOptions() if how is None else how, time.monotonic()
     if not request.is_of_one_kind:
         raise RequestError(
@@ -69,7 +65,6 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
 
 
 def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False) -> Orbit:
-    """Return the orbit from the first to the last period in the columns of a run."""
     system, (begin, end) = run[0].system, span(run)
     if request.cell is not None:
         return request.cell.traced(begin, end, request.samples, quiet=quiet)
@@ -87,10 +82,7 @@ def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = F
 
 
 def view_of_orbit(orbit: Orbit) -> View:
-    """Return all recorded periods of an orbit; without a trajectory, its states at t = nT.
-
-    Raises `RequestError` if the orbit has neither section nor trajectory.
-    """
+    """Return all recorded periods of an orbit; without a trajectory, its states at t = nT."""
     system, states, time, samples = orbit.system, orbit.trajectory, orbit.time, 1
     if states is not None and time is not None and len(time):
         samples = round(system.period / (time[0] - orbit.transient * system.period))
@@ -108,10 +100,7 @@ def view_of_orbit(orbit: Orbit) -> View:
 
 
 def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) -> View:
-    """Return the window of an orbit that a column shows, with its period and its spectrum.
-
-    `samples` states of each period are in the orbit's trajectory.
-    """
+    """Return the window of an orbit, which has `samples` states a period, that a column shows."""
     assert orbit.trajectory is not None
     assert orbit.time is not None
     system = column.system

@@ -30,17 +30,10 @@ MOST_THREADS = 4096
 MOST_SHARDS = 10_000
 """Shards of one scan: more than any cluster has tasks, so that a typing error is noticed."""
 
-SHARE = 4
-"""A piece is at most this part of one thread's share of the lanes that are left."""
-
-POLL_SECONDS = 0.2
-"""Seconds between two looks at what other workers do."""
-
-STALL_SECONDS = 60.0
-"""Seconds without a finished block until a line says so, again and again."""
-
-MOST_TRIES = 4
-"""Tries of one block, after which the run ends."""
+SHARE = 4  # a piece is at most this part of one thread's share of the lanes that are left
+POLL_SECONDS = 0.2  # seconds between two looks at what other workers do
+STALL_SECONDS = 60.0  # seconds without a finished block until a line says so, again and again
+MOST_TRIES = 4  # tries of one block, after which the run ends
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -62,15 +55,11 @@ def check_environment(environment: Mapping[str, str] = os.environ) -> None:
 
 
 def _whole(text: str) -> int:
-    """Return the number in plain digits, 0 for anything else."""
     return int(text) if re.fullmatch(r"\s*[0-9]{1,9}\s*", text) else 0
 
 
 def use_threads(threads: int | None) -> int:
-    """Let the kernels use `threads` threads, at most one per processor; return how many.
-
-    None takes one per processor.  It holds for this process, whichever thread asks.
-    """
+    """Let the kernels use so many threads, at most and by default one per processor."""
     global _used
     most = most_threads()
     _used = most if threads is None else min(threads, most)
@@ -201,7 +190,6 @@ class Shard:
     count: int
 
     def __str__(self) -> str:
-        """Return it as it is given: `3/7`."""
         return f"{self.index}/{self.count}"
 
     @property
@@ -211,10 +199,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str, environment: Mapping[str, str] = os.environ) -> Shard:
-        """Return the share that `3/7` means, or `slurm`: that of this task of a job array.
-
-        Raises `RequestError` for anything else, and for an array with gaps in its numbers.
-        """
+        """Return the share that `3/7` means, or `slurm`: that of this task of a job array."""
         if text != "slurm":
             if share := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII):
                 index, count = map(int, share.groups())
@@ -241,17 +226,13 @@ class Shard:
 
 
 def processors() -> int:
-    """Return how many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def free_memory() -> int | None:
-    """Return how many bytes this process may still take; None if unknown.
-
-    Free memory, the control group and `ulimit -v` limit it.
-    """
+    """Return the bytes that this process may still take; None if unknown."""
     limits = []
     for path, key in (
         ("/proc/meminfo", "MemAvailable:"),
@@ -267,7 +248,6 @@ def free_memory() -> int | None:
 
 
 def free_disk(folder: Path) -> int | None:
-    """Return how many bytes may be written below a folder; None if unknown."""
     try:
         return shutil.disk_usage(folder).free
     except OSError:

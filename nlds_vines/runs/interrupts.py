@@ -30,8 +30,7 @@ GRACE = 1.0
 NOTICE = getattr(signal, "SIGUSR1", None)
 """The signal by which SLURM gives notice of the end of a job; None where there is none."""
 
-INTERRUPTED, TERMINATED = 130, 143
-"""Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1."""
+INTERRUPTED, TERMINATED = 130, 143  # exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -45,7 +44,6 @@ class Interrupted(KeyboardInterrupt):
     """A run was stopped by a signal.  The message says what is kept, and how to go on."""
 
     def __init__(self, message: str, status: int = INTERRUPTED) -> None:
-        """Take the message and the exit status."""
         super().__init__(message)
         self.status = status
 
@@ -77,7 +75,6 @@ class Stop:
     asked, deadline, status = False, math.inf, INTERRUPTED
 
     def check(self) -> None:
-        """Raise `Stopped` if a signal has asked to stop."""
         if self.asked:
             raise Stopped
 
@@ -110,10 +107,7 @@ def _in_main_thread() -> bool:
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Return a `Stop` that takes the signals during the `with` block; then all is as before.
-
-    Python allows this in the main thread only: elsewhere the signals keep their meaning.
-    """
+    """Return a `Stop` that takes the signals in the `with` block; outside the main thread, none."""
     stop = Stop()
     if not _in_main_thread():
         yield stop
@@ -191,9 +185,7 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
 
 
 _alive: list[Callable[[], bool]] = []  # of each thread that was abandoned, whether it is alive
-
-exit_status: int | None = None
-"""The exit status of this process, if it carries out a command."""
+exit_status: int | None = None  # the exit status of this process, if it carries out a command
 
 
 def exit_without_destructors() -> None:

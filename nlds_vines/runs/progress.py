@@ -14,12 +14,8 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 _BESIDE = 66  # characters of a bar and its numbers beside the words: counts, times, pace
-
-LINE_EVERY = 5.0
-"""Seconds between lines of progress where there is no terminal."""
-
-TICK = 1.0
-"""Seconds between looks at the clock while something lasts of which no part is known."""
+LINE_EVERY = 5.0  # seconds between lines of progress where there is no terminal
+TICK = 1.0  # seconds between looks at the clock while something lasts of which no part is known
 
 Tell = Callable[[str, float], object]
 """Takes what is waited for, and since how many seconds; an empty text when that has ended."""
@@ -60,7 +56,6 @@ class Progress:
             self._bar.close()
 
     def wait(self, text: str, seconds: float) -> None:
-        """Show what is waited for, as `Tell` has it."""
         if self._bar is not None:
             self._bar.set_description_str(f"{text}: {seconds:.0f} s" if text else "")
             if not text:
@@ -107,10 +102,7 @@ def notice() -> Tell:
 
 
 class Notice:
-    """A `Tell` for Python, where no work is counted: it shows what is waited for in a line.
-
-    The line changes on a terminal and in a notebook; elsewhere it is printed once.
-    """
+    """A `Tell` that shows a line on a terminal or in a notebook, and prints it once elsewhere."""
 
     def __init__(self) -> None:
         self._text = ""
@@ -180,7 +172,6 @@ def bar(**settings: Any) -> tqdm[Any] | None:
 
 
 def in_notebook() -> bool:
-    """Return True if the program runs in a notebook, which shows what is displayed."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return getattr(shell, "kernel", None) is not None
 

@@ -35,11 +35,8 @@ from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import threads_in_use
 
-Arrays = Mapping[str, np.ndarray]
-"""What a block holds, by name."""
-
-Write = Callable[[Path], object]
-"""Writes an archive to a path."""
+Arrays = Mapping[str, np.ndarray]  # what a block holds, by name
+Write = Callable[[Path], object]  # writes an archive to a path
 
 FORCE_EVERY = 1.0
 """Seconds after which a block is forced to the disk again: that takes some ten milliseconds."""
@@ -72,19 +69,12 @@ class Blocks:
         return self.folder / f"{key}.npz"
 
     def missing(self, keys: Iterable[Any]) -> list[Any]:
-        """Return the keys that have no block yet."""
         if self._in_memory is not None:
             return [key for key in keys if key not in self._in_memory]
         return [key for key in keys if not self.file(key).exists()]
 
     def save(self, key: object, arrays: Arrays, seconds: float = 0.0) -> None:
-        """Save a block, which took so many seconds: after this returns, it survives a kill.
-
-        A power cut may take what was saved within a second (`FORCE_EVERY`) before: a block that
-        it left incomplete cannot be read.
-
-        Raises `RequestError` if it cannot be written: earlier blocks are intact.
-        """
+        """Save a block, which then survives a kill; a power cut may take the last second's."""
         if interrupts.abandoned()():
             raise interrupts.Stopped
         self._seconds[key] = seconds
@@ -130,7 +120,6 @@ class Blocks:
         return arrays
 
     def piece(self, key: object, compute: Callable[[], Arrays]) -> Arrays:
-        """Return the arrays of a block, saved by an earlier run or computed and saved now."""
         arrays: Arrays | None = self.load(key)
         if arrays is None:
             interrupts.check()
@@ -145,13 +134,7 @@ class Blocks:
         return {"seconds": round(sum(self._seconds.values()), 6), "threads": threads_in_use()}
 
     def begin(self, how: Any) -> bool:
-        """Return True if the archive is there already; change nothing.
-
-        Arguments: `how` the run goes, a `cli.running.RunOptions`.
-
-        Raises `RequestError` if another archive is there that is not to be replaced, or blocks of
-        an earlier run that is not to be resumed.
-        """
+        """Return True if the archive is there; refuse what `how` does not resume or replace."""
         if self._in_memory is not None:
             return False
         goes_on = how.resume or how.shard is not None
@@ -207,7 +190,6 @@ class Blocks:
         return True
 
     def _is_ours(self) -> bool:
-        """Return True if the archive in its place is that of this request."""
         with archive.read(self.path) as view:
             return view.text("scan_hash") == self.request.hash
 
@@ -218,10 +200,7 @@ class Blocks:
         return False
 
     def _deliver(self, write: Write, overwrite: bool) -> None:
-        """Write the archive, put it in its place and remove the blocks.
-
-        If another process was first, its archive stays.
-        """
+        """Write the archive, put it in its place unless another is there, and remove the blocks."""
         if self._in_memory is not None and self.path.unnamed is not None:
             write(self.path)
             assert self.path.unnamed.memory is not None
@@ -264,11 +243,9 @@ class Blocks:
         free: Collection[str] = (),
         **about: Value,
     ) -> Write:
-        """Return the function that writes an archive from arrays in memory.
+        """Return the function that writes an archive from arrays, of which empty ones are left out.
 
-        Arguments: its dimensions; its datasets with their values, of which empty ones are left out;
-        the names of parameters that have no value of their own in it; further attributes, which
-        replace `spent`.
+        Parameters in `free` have no value of their own in it; `about` replaces `spent`.
         """
         request = self.request
         filled = [(entry, values) for entry, values in contents if values.size]
@@ -289,10 +266,7 @@ def _temporary(folder: Path) -> Path:
 
 
 def publish(temporary: Path, path: Path) -> None:
-    """Give a file that is on the disk the name `path`, which nothing else may have.
-
-    Raises FileExistsError where something has that name by now, and leaves both as they are.
-    """
+    """Give a file the name `path`; if something has that name by now, raise FileExistsError."""
     try:
         os.link(temporary, path)
     except FileExistsError:
@@ -304,11 +278,7 @@ def publish(temporary: Path, path: Path) -> None:
 
 
 def replace_target(temporary: Path, path: Path) -> None:
-    """Put a file that is on the disk in the place of `path`, as a shell's `>` would.
-
-    If `path` is a symbolic link, the link stays, and what it points to is replaced, be it on
-    another file system.
-    """
+    """Put a file in the place of `path`, or of what this link points to on any file system."""
     target = Path(os.path.realpath(path))
     try:
         os.replace(temporary, target)

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from nlds_vines.continuation.result import Continued
     from nlds_vines.loads.request import HistoryRequest
 
-ALIKE = 1e-9
-"""Relative difference up to which two values of a parameter count as equal."""
+ALIKE = 1e-9  # relative difference up to which two values of a parameter count as equal
 
 _STABLE: dict[str, Any] = {
     "color": GRAY, "linewidth": 1.6, "alpha": 0.7, "label": "stable branches"
@@ -34,15 +33,7 @@ _UNSTABLE: dict[str, Any] = {
 def draw_branches(
     figure: Figure, view: ArchiveView, path: str | os.PathLike[str], alone: bool = False
 ) -> None:
-    """Draw E1max of branches over omega in the panels of a sweep's energy.
-
-    Arguments: the `figure` of a response history under a sweep; its open archive; the path of a
-    continuation along omega of one of its dampers under the force of the sweep; whether the
-    panel stands `alone`, in axes of the user.
-
-    Raises `RequestError` for another system or parameter, and if no panel shows energies of a
-    sweep.
-    """
+    """Draw E1max of branches over omega in a sweep's energy, `alone` in axes of the user."""
     from nlds_vines.continuation.result import continued
     from nlds_vines.loads.picture import SWEEP_ENERGY
     from nlds_vines.loads.request import load_response_history
@@ -77,7 +68,6 @@ def draw_branches(
 def _refuse_other(
     request: HistoryRequest, continuation: Continued, path: str | os.PathLike[str]
 ) -> None:
-    """Raise `RequestError` unless the branches are of a damper of the sweep under its force."""
     system = continuation.request.system
     if continuation.request.along.name != "omega" or request.load.shaken:
         raise RequestError(f"{path} must be along omega, and the sweep a force on m1")

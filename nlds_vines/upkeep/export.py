@@ -21,8 +21,7 @@ from nlds_vines.cli.running import (
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 
-SUFFIXES = (".csv", ".txt")
-"""The file name extensions that the command can write."""
+SUFFIXES = (".csv", ".txt")  # the file name extensions that the command can write
 
 _EXAMPLES = """\
 examples:

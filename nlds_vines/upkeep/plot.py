@@ -117,10 +117,7 @@ def plot(
 
 
 def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
-    """Return the drawing of an open archive; for an ensemble, that of a scan if `show` asks for it.
-
-    Arguments: `manifold`, whether a closed form is drawn over a map.
-    """
+    """Return the drawing of an archive; of an ensemble, that of a scan if `show` asks for it."""
     task, scan = task_of(view), TASKS[SCAN]
     if task is None:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")

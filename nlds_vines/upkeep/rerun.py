@@ -28,7 +28,6 @@ request is wrong; 130 interrupted, 143 terminated: --resume goes on
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    """Repeat what an archive holds, and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
     output, content = Path(options.output or f"{source.stem}-rerun.h5"), SCAN
     if source.is_file():

@@ -18,6 +18,7 @@ import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -78,13 +79,12 @@ def write(
     # wait in a cache of 64 MiB with a prime number of slots
     how = {"libver": ("v110", "v110"), "rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
     with h5py.File(path, "w", **how) as file:
-        for name, values, units, long_name in scales:
-            if name in used:
+        for scale in scales:
+            if scale.name in used:
+                entry, values = replace(scale.dataset, dims=()), scale.values
                 values = values.astype(object) if values.dtype.kind == "U" else values
-                kind = "str" if values.dtype == object else str(values.dtype)
-                entry = Dataset(name, (), kind, units, long_name, "" if kind == "str" else 0)
                 _create(file, entry, values.shape, _strings(values))[...] = values
-                file[name].make_scale(name)
+                file[scale.name].make_scale(scale.name)
         texts = {}
         for entry in table.datasets.values():
             if entry.dtype == "str":
@@ -502,6 +502,8 @@ class _MemoryView(ArchiveView):
 
     def __init__(self, path: ArchivePath, memory: Memory) -> None:
         self.path, self._memory, self.names = path, memory, tuple(sorted(memory.arrays))
+        scales = {name: scale.dataset for name, scale in memory.scales.items()}
+        self._entries = {**scales, **memory.table.datasets}
 
     def close(self) -> None:
         pass
@@ -514,7 +516,7 @@ class _MemoryView(ArchiveView):
         yield "datasets", ", ".join(self.names)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._memory.arrays or name in self._memory.scales
+        return name in self._entries
 
     def _values(self, entry: Dataset, where: tuple[int | slice, ...]) -> np.ndarray:
         name, memory = entry.name, self._memory
@@ -535,17 +537,6 @@ class _MemoryView(ArchiveView):
         if request is None or self.content != content:
             return super().request(content, load)
         return request
-
-    def describe(self, name: str) -> Dataset:
-        if name in self._memory.arrays:
-            return self._memory.table.datasets[name]
-        if name not in self:
-            raise unknown(f"dataset of {self.path}:", name, self.names)
-        _, values, units, long_name = self._memory.scales[name]
-        is_text = values.dtype.kind in "OU"
-        dtype = "str" if is_text else str(values.dtype)
-        fill = "" if is_text else values.dtype.type(0).item()
-        return Dataset(name, (name,), dtype, units, long_name, fill)
 
     def shape(self, name: str) -> tuple[int, ...]:
         dims = self.describe(name).dims
@@ -638,27 +629,6 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         if self.unnamed is None:
             return type(self), (str(self),)
         return self._in_memory, (self.stem, self.unnamed.memory)
-
-
-class Archived:
-    """A result of which an archive holds everything: its `path`, None if it has none."""
-
-    path: ArchivePath | None
-
-    @property
-    def archive(self) -> ArchivePath:
-        """Its archive; `RequestError` for a result that was made without one."""
-        if self.path is None:
-            raise RequestError(f"this {type(self).__name__} has no archive: it was made of arrays")
-        return self.path
-
-    def to_xarray(self) -> Any:
-        """Return all that the archive holds as an `xarray.Dataset` in memory."""
-        return self.archive.to_xarray()
-
-    def to_dataframe(self, *names: str) -> Any:
-        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
-        return self.archive.to_dataframe(*names)
 
 
 # ---- any other HDF5 file -------------------------------------------------------------------------

@@ -72,6 +72,13 @@ class Scale(NamedTuple):
     units: str
     long_name: str
 
+    @property
+    def dataset(self) -> Dataset:
+        """Its description, as that of a dataset."""
+        kind = "str" if self.values.dtype.kind in "OU" else str(self.values.dtype)
+        fill = "" if kind == "str" else self.values.dtype.type(0).item()
+        return Dataset(self.name, (self.name,), kind, self.units, self.long_name, fill)
+
     @classmethod
     def counted(cls, name: str, count: int, long_name: str, first: int = 0) -> Scale:
         return cls(name, np.arange(first, first + count, dtype=np.int32), "1", long_name)

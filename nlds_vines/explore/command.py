@@ -89,7 +89,14 @@ def _carry_out(options: argparse.Namespace) -> int:
     if is_archive:
         scan = None
     elif source is None and isinstance(system := document.get("system"), System):
-        scan = _diagram_of(system.with_(**document.get("set", {})))
+        # the diagram of a system around the natural frequency of its structure
+        system = system.with_(**document.get("set", {}))
+        m1, k1, _ = system.structure
+        center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
+        low, high = (factor * center for factor in _WINDOW)
+        vary = {"omega": {"start": low, "stop": high, "num": _CELLS}}
+        document = {"system": system.to_table(), "vary": vary, "start": {"policy": "rest"}}
+        scan = load_scan({**document, "title": system.title or system.name})
     else:
         scan = load_scan(source, document, "command line")
     refuse_without_bokeh("explore")
@@ -130,15 +137,6 @@ def _carry_out(options: argparse.Namespace) -> int:
         finally:
             if not opened.close():
                 exit_without_destructors()
-
-
-def _diagram_of(system: System) -> Scan:
-    m1, k1, _ = system.structure
-    center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
-    low, high = (factor * center for factor in _WINDOW)
-    vary = {"omega": {"start": low, "stop": high, "num": _CELLS}}
-    document = {"system": system.to_table(), "vary": vary, "title": system.title or system.name}
-    return load_scan({**document, "start": {"policy": "rest"}})
 
 
 def _declare(parser: Parser) -> None:

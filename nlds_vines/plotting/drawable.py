@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import import_module
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from nlds_vines.archives.archive import Archived
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.representation import Outlined, Rows
+from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,10 +17,26 @@ if TYPE_CHECKING:
     from nlds_vines.plotting.chosen_panels import Drawing
 
 
-class Drawable(Outlined, Archived):
-    """A result with an archive, drawn by the `PICTURE` in the module `drawn_by`."""
+class Drawable(Outlined):
+    """A result, drawn by the `PICTURE` in `drawn_by`, of which an archive holds everything."""
 
     drawn_by: ClassVar[str]
+    path: ArchivePath | None
+
+    @property
+    def archive(self) -> ArchivePath:
+        """Its archive; `RequestError` for a result that was made without one."""
+        if self.path is None:
+            raise RequestError(f"this {type(self).__name__} has no archive: it was made of arrays")
+        return self.path
+
+    def to_xarray(self) -> Any:
+        """Return all that the archive holds as an `xarray.Dataset` in memory."""
+        return self.archive.to_xarray()
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
+        return self.archive.to_dataframe(*names)
 
     def lines(self) -> Iterator[str]:
         """Yield the title, then the lines of the report."""

@@ -149,8 +149,17 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
 
 def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
     """Write the title, plain text, and a line `below` it, in LaTeX; set the heights of the rows."""
-    parts, width = [typeset(title), *filter(None, [below])], figure.get_figwidth()
-    lines = [line for part in parts for line in lines_of(part, width - _LEFT)]
+    size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
+    width, lines = 72 * (figure.get_figwidth() - _LEFT), list[str]()
+    for part in filter(None, [typeset(title), below]):
+        first, *clauses = _CLAUSE.split(part)
+        lines.append(first)
+        for clause in clauses:  # breaks stand after commas and colons
+            longer = f"{lines[-1]} {clause}"
+            if text_width(longer, size) <= width:
+                lines[-1] = longer
+            else:
+                lines.append(clause)
     figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
     fit(figure, grid)
 
@@ -178,20 +187,6 @@ def fit(figure: Figure, grid: GridSpecBase) -> None:
 
 def _engine() -> ConstrainedLayoutEngine:
     return ConstrainedLayoutEngine(w_pad=_PAD, h_pad=_PAD, wspace=0.0, hspace=0.0)
-
-
-def lines_of(text: str, width: float) -> list[str]:
-    """Break a title after commas and colons into lines of at most a width [inches]."""
-    size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
-    first, *others = _CLAUSE.split(text)
-    lines = [first]
-    for clause in others:
-        longer = f"{lines[-1]} {clause}"
-        if text_width(longer, size) <= 72 * width:
-            lines[-1] = longer
-        else:
-            lines.append(clause)
-    return lines
 
 
 def add_legend(
@@ -341,7 +336,12 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     """
     strict = strict and unit is not None
     unit = frequency_unit(unit, parse_toml(view.text("scan"), "the attribute scan"))
-    labeled = list(_labeled(figure))
+    # the axes labeled as omega, each with all axes in its direction
+    whole, labeled = axis_label("omega"), []
+    for along in ([frame.xaxis for frame in figure.axes], [frame.yaxis for frame in figure.axes]):
+        for axis in along:
+            if axis.get_label_text() in (whole, whole.rpartition("force ")[2]):
+                labeled.append((axis, along))
     if unit == RAD or not (labeled or strict):
         return
 
@@ -356,7 +356,7 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
     words = axis_label("f") if unit == HZ else r"frequency ratio $\omega/\omega_0$"
     for axis, along in labeled:
-        is_whole = axis.get_label_text() == axis_label("omega")
+        is_whole = axis.get_label_text() == whole
         axis.set_label_text(words if is_whole else words[words.index("$") :])
         ends = axis.get_view_interval()
         for other in along:
@@ -371,14 +371,3 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     spec = figure.axes[0].get_subplotspec()
     if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine) and spec is not None:
         fit(figure, spec.get_topmost_subplotspec().get_gridspec())  # other numbers, other widths
-
-
-def _labeled(figure: Figure) -> Iterator[tuple[Axis, Sequence[Axis]]]:
-    """Yield the axes labeled as omega, each with all axes in its direction."""
-    whole = axis_label("omega")
-    across: list[Axis] = [frame.xaxis for frame in figure.axes]
-    up: list[Axis] = [frame.yaxis for frame in figure.axes]
-    for along in (across, up):
-        for axis in along:
-            if axis.get_label_text() in (whole, whole.rpartition("force ")[2]):
-                yield axis, along

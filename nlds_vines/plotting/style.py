@@ -190,11 +190,6 @@ def _fraction(power: str) -> str:
     return str(fraction) if fraction.denominator <= 2 else power
 
 
-def _pattern(text: str) -> str:
-    alone = "(?= (?:=|from|tuned) )" if len(text) == 1 and text.isascii() else ""
-    return rf"(?<![\w$\\]){re.escape(text)}(?![\w'^]){alone}"
-
-
 _IN_WORDS = ("exponent", "hunt_crossley")  # names that titles spell out
 _NAMES = {
     text: name
@@ -203,8 +198,15 @@ _NAMES = {
     for text in (name, entry.symbol)
     if text != PHASE  # a word of many titles
 }
-_SYMBOL = re.compile("|".join(map(_pattern, sorted(_NAMES, key=len, reverse=True))))
-_ANY = "|".join(re.escape(text) for text in sorted(_NAMES, key=len, reverse=True))
+_LONGEST_FIRST = sorted(_NAMES, key=len, reverse=True)
+_SYMBOL = re.compile(
+    "|".join(
+        rf"(?<![\w$\\]){re.escape(text)}(?![\w'^])"
+        + ("(?= (?:=|from|tuned) )" if len(text) == 1 and text.isascii() else "")
+        for text in _LONGEST_FIRST
+    )
+)
+_ANY = "|".join(map(re.escape, _LONGEST_FIRST))
 _LIST = re.compile(rf"(?:(?<=: )(?:{_ANY})|^(?:{_ANY})(?=, ))(?:, (?:{_ANY}))*(?=$| from | tuned )")
 
 

@@ -252,15 +252,14 @@ class Job(commands.Job):
                 f"{'rest' if self.request.start is None else self.request.start}; "
                 f"{states} states from period {begin} on; drawn: {windows}"
             )
-        names = ("archive", "histories", "picture")
-        files = [f"{name}: {path}" for name, path in zip(names, self._files(), strict=True) if path]
-        return [*lines, f"panels: {', '.join(self.request.panels)}", *files]
+        files = {"archive": ArchivePath.of(self.archive).named, "histories": self.csv}
+        files |= {"picture": self.plot}
+        lines.append(f"panels: {', '.join(self.request.panels)}")
+        return [*lines, *(f"{name}: {path}" for name, path in files.items() if path)]
 
     def paths(self) -> list[str]:
-        return [str(path) for path in self._files() if path]
-
-    def _files(self) -> tuple[Path | None, ...]:
-        return ArchivePath.of(self.archive).named, self.csv, self.plot
+        files = ArchivePath.of(self.archive).named, self.csv, self.plot
+        return [str(path) for path in files if path]
 
 
 def _is_archive(source: object) -> bool:

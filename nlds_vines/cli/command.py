@@ -15,9 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
-from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, ArchiveView
 from nlds_vines.archives.provenance import (
     CONTINUATION,
     PORTRAIT,
@@ -45,9 +45,6 @@ from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, re
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
-
-if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
 
 
 @dataclass(frozen=True)

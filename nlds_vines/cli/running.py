@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.files import open_regular, protection
+from nlds_vines.archives.provenance import Request
 from nlds_vines.cli.options import Parser
 from nlds_vines.errors import RequestError, refuse_bytes, shown, whole
 from nlds_vines.runs.executors import MOST_THREADS, Shard, check_environment
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
-
-    from nlds_vines.archives.provenance import Request
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The ends of the names of pictures, by which their kinds are chosen."""

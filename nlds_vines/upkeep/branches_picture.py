@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
+from nlds_vines.continuation.result import continued
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.picture import SWEEP_ENERGY
+from nlds_vines.loads.request import load_response_history
 from nlds_vines.plotting.page import add_legend, fit, styled
 from nlds_vines.plotting.style import GRAY
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from nlds_vines.archives.archive import ArchiveView
-    from nlds_vines.continuation.result import Continued
-    from nlds_vines.loads.request import HistoryRequest
 
 ALIKE = 1e-9  # relative difference up to which two values of a parameter count as equal
 
@@ -34,17 +32,27 @@ def draw_branches(
     figure: Figure, view: ArchiveView, path: str | os.PathLike[str], alone: bool = False
 ) -> None:
     """Draw E1max of branches over omega in a sweep's energy, `alone` in axes of the user."""
-    from nlds_vines.continuation.result import continued
-    from nlds_vines.loads.picture import SWEEP_ENERGY
-    from nlds_vines.loads.request import load_response_history
-
     request = view.request(RESPONSE_HISTORY, load_response_history)
     continuation = continued(path)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
     if not panels:
         raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")
-    _refuse_other(request, continuation, path)
-    sweep = request.load.sweep[0]
+    # the branches must be those of a damper of the sweep under its force
+    system, sweep = continuation.request.system, request.load.sweep[0]
+    if continuation.request.along.name != "omega" or request.load.shaken:
+        raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
+    like = {"P": request.load.force_of(sweep), "omega": system.parameters["omega"]}
+    difference = ""
+    for damper in request.systems:
+        difference = f"{system.heading()}, not {damper.heading()}"
+        if damper.scene.key == system.scene.key:
+            ours, theirs = damper.with_(**like).parameters, system.parameters
+            wrong = [n for n in ours if not np.isclose(theirs[n], ours[n], rtol=ALIKE, atol=0.0)]
+            if not wrong:
+                break
+            difference = ", ".join(f"{n} = {theirs[n]!r}, not {ours[n]!r}" for n in wrong)
+    else:
+        raise RequestError(f"{path} is of another system: {difference}")
     for axes in panels:
         for branch in continuation.branches:
             stable = np.where(branch.stable, branch.E1max, np.nan)
@@ -63,22 +71,3 @@ def draw_branches(
     spec = panels[0].get_subplotspec()
     if spec is not None and not alone:
         fit(figure, spec.get_gridspec())
-
-
-def _refuse_other(
-    request: HistoryRequest, continuation: Continued, path: str | os.PathLike[str]
-) -> None:
-    system = continuation.request.system
-    if continuation.request.along.name != "omega" or request.load.shaken:
-        raise RequestError(f"{path} must be along omega, and the sweep a force on m1")
-    like = {"P": request.load.force_of(request.load.sweep[0]), "omega": system.parameters["omega"]}
-    differences = []
-    for damper in request.systems:
-        differences.append(f"{system.heading()}, not {damper.heading()}")
-        if damper.scene.key == system.scene.key:
-            ours, theirs = damper.with_(**like).parameters, system.parameters
-            wrong = [n for n in ours if not np.isclose(theirs[n], ours[n], rtol=ALIKE, atol=0.0)]
-            if not wrong:
-                return
-            differences[-1] = ", ".join(f"{n} = {theirs[n]!r}, not {ours[n]!r}" for n in wrong)
-    raise RequestError(f"{path} is of another system: {differences[-1]}")

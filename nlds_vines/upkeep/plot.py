@@ -100,7 +100,6 @@ def plot(
     """
     from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
     from nlds_vines.plotting.page import count_in, page_of, sheet
-    from nlds_vines.upkeep.branches_picture import draw_branches
 
     let_figures_be_shown()
     page = page_of(columns)
@@ -111,8 +110,11 @@ def plot(
             raise RequestError(f"{view.path} holds a {view.content}: no branches are drawn over it")
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view)
-        for other in others:
-            draw_branches(figure, view, other, ax is not None)
+        if others:
+            from nlds_vines.upkeep.branches_picture import draw_branches
+
+            for other in others:
+                draw_branches(figure, view, other, ax is not None)
         return figure
 
 

@@ -174,7 +174,11 @@ def _settings_of(owner: Any, table: str | None) -> dict[str, Setting]:
 
 
 def check_settings(owner: Any) -> None:
-    """Validate the fields of an object by their settings; None stays if it is the default."""
+    """Validate the fields of an object by their settings; None stays if it is the default.
+
+    This is for objects made in Python; of those made from a document, `Form.read` has validated
+    the same settings before, and its errors name file and table.
+    """
     for name, entry in settings_of(owner).items():
         value = getattr(owner, name)
         if value is not None or entry.default is not None:
@@ -256,12 +260,10 @@ class Form:
         owners: the classes whose settings the file has.
         names: the tables whose keys are names of parameters, merged entry by entry.
         whole: such tables that a table of changes replaces as a whole.
-        lists: the keys of lists.
         rows: the class of the entries of each array of tables, by its key, `column`.
         nested: the names that stand with a dot in a table of parameters, `tone.omega`, or as a
             table of their own.
         systems: whether a `System`, or the name of one, may replace a file.
-        sources: the possible sources, in words.
     """
 
     kind: str

@@ -73,11 +73,10 @@ class Objective:
         self._noise = np.arange(draws + 1)
         self._noise[1:] += tuning.draws * fresh
         self._places = places_of(tuning.uncertain, draws, seed)
-        self._batch = (
-            Batch(tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective)
-            if tuning.history is None
-            else None
-        )
+        self._batch = None
+        if tuning.history is None:
+            scene, objective = tuning.system.scene, tuning.search.objective
+            self._batch = Batch(scene, tell, float(tuning.tolerance), objective)
         generator = np.random.default_rng(tuning.search.seed)
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
@@ -87,27 +86,7 @@ class Objective:
         The objective is the maximum over the cases of E1max, or of the quantity that the search
         minimizes; with draws, the mean or a quantile of that maximum over the draws.
         """
-        tuning, grid = self._tuning, self._grid(trials)
-        if self._batch is None:
-            values = worst(outcome_under(tuning, grid, self._tell))
-            return over_draws(values, tuning.search.quantile, tuning.quantile)
-        cells = tuning.system.cells(grid)
-        results = np.empty((len(trials), len(results_of(tuning))))
-        start, stretches = trials[:, -2].astype(int), trials[:, -1]
-        starts = np.zeros((*cells.shape, 4))
-        moved = np.flatnonzero(start)
-        if moved.size:
-            drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
-            starts[moved] = drawn[np.arange(moved.size), :, :, start[moved] - 1]
-        for stretch in np.unique(stretches):
-            rows = stretches == stretch
-            periods = (round(n * stretch) for n in (tuning.transient, tuning.periods))
-            values = worst(self._batch.run(cells[rows], starts[rows], *periods))
-            results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
-        return results
-
-    def _grid(self, trials: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
+        # the parameters of every orbit (trials, draws, cases); draw 0 is nominal
         tuning, grid = self._tuning, dict(self._cases)
         shape = len(trials), len(self._places), tuning.case_count
         *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
@@ -124,7 +103,25 @@ class Objective:
             grid[spring] = stiffness * (factor * factor)
             grid["scale"] = scale * stretch
             grid["draw"] = self._noise[:, np.newaxis]
-        return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
+        grid = {name: np.broadcast_to(values, shape) for name, values in grid.items()}
+        if self._batch is None:
+            values = worst(outcome_under(tuning, grid, self._tell))
+            return over_draws(values, tuning.search.quantile, tuning.quantile)
+        cells = tuning.system.cells(grid)
+        results = np.empty((len(trials), len(results_of(tuning))))
+        # all orbits of a trial from its start, those with equal numbers of periods at once
+        start, stretches = trials[:, -2].astype(int), trials[:, -1]
+        starts = np.zeros((*cells.shape, 4))
+        moved = np.flatnonzero(start)
+        if moved.size:
+            drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
+            starts[moved] = drawn[np.arange(moved.size), :, :, start[moved] - 1]
+        for stretch in np.unique(stretches):
+            rows = stretches == stretch
+            periods = (round(n * stretch) for n in (tuning.transient, tuning.periods))
+            values = worst(self._batch.run(cells[rows], starts[rows], *periods))
+            results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
+        return results
 
 
 def worst(outcome: Outcome) -> np.ndarray:
@@ -279,8 +276,7 @@ def is_band(axis: Axis) -> bool:
 def over_finer_bands(tuning: Tuning) -> Tuning | None:
     """Return a tuning with finer bands, to judge designs by; None without a band.
 
-    The values of the tuning are among the finer ones.  Its search is the smallest allowed one,
-    because only the objective is used.
+    Only its objective is used: its search is the smallest allowed one.
     """
 
     def finer(axis: Axis) -> Axis:
@@ -296,10 +292,7 @@ def over_finer_bands(tuning: Tuning) -> Tuning | None:
 
 
 class Perturbation(NamedTuple):
-    """The words of a perturbation, the column of a trial that it changes, and by which factor.
-
-    For the column `random_start` the value is the number of the start.
-    """
+    """Words, the column of a trial that changes, and the factor; for `random_start` its number."""
 
     words: str
     column: str

@@ -120,10 +120,6 @@ def _loads(kind: str, words: str) -> Any:
     return setting((), Checked(check), "load", words)
 
 
-def _impulse(value: object) -> float:
-    return nonzero("impulse", value) if number("impulse", value) else 0.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class Loading:
     """A sum of loads: either forces on m1 or accelerations of the ground.
@@ -132,7 +128,8 @@ class Loading:
     """
 
     impulse: float = setting(
-        0.0, Checked(_impulse), "load", "of a blow on m1 at t = 0 [N s]", "N_S",
+        0.0, Checked(lambda value: nonzero("impulse", value) if number("impulse", value) else 0.0),
+        "load", "of a blow on m1 at t = 0 [N s]", "N_S",
     )  # fmt: skip
     harmonic: bool = setting(
         False, Truth(), "load", "whether the harmonic force P cos(omega t) acts as well",

@@ -208,4 +208,4 @@ def test_the_middle_of_a_scan_and_a_structure_alone_are_measured_too(folder, ans
         '[record]\nwant = ["section"]\n'
     )
     assert "6 rad/s" in answer("accuracy", "own.toml", *SHORT)
-    assert "rk4" in answer("accuracy", "--system", "none", *SHORT)
+    assert "rk4" in answer("accuracy", "--system", "none", *SHORT, "--overwrite")

@@ -51,7 +51,7 @@ def test_labels_say_what_is_periodic():
     assert [attractors.impacts_of(label) for label in labels[:3]] == [0, 12, -1]
 
 
-def test_groups_do_not_depend_on_the_order_of_starts():
+def test_groups_do_not_depend_on_the_order_of_starts_and_have_margins():
     labels, states = ends_of(
         ("T,1", 0.3, 0.0, 5), ("T,1", -0.3, 0.0, 4), ("2T,1", 0.3, 0.0, 3), ("2T,1", 0.3, 1.0, 2),
         ("T,1", 0.3 + 1e-4, 0.0, 1), ("undetermined", 0.3, 0.0, 2), ("T,2", 0.3, 0.0, 1),
@@ -64,13 +64,14 @@ def test_groups_do_not_depend_on_the_order_of_starts():
         assert groups == {frozenset(group) for group in expected}
         margins = sorted(attractor.margin for attractor in system.attractors)
         assert margins[:2] == pytest.approx([1e-4 / attractors.SAME] * 2, rel=1e-3)
-
-
-def test_the_margin_says_how_near_an_end_is_to_being_divided():
+    # the margin says how near an end is to being divided
     labels, states = ends_of(("T,1", 0.3, 0.0, 2))
     states[1, 0] = 0.3 + 0.25 * attractors.SAME
     (attractor,) = groups_of(labels, states, np.arange(2))[1].attractors
     assert attractor.margin == pytest.approx(4.0, rel=1e-3)
+    # chaos and quasiperiodic motion are never one
+    labels = np.array(["chaos", "quasiperiodic"], object)
+    assert len(groups_of(labels, np.array([[1.0, 0, 0, 0]] * 2), np.arange(2), turning)[0]) == 2
 
 
 @pytest.mark.parametrize("count", [8, 60])
@@ -100,11 +101,6 @@ def test_an_orbit_that_shows_a_part_of_an_attractor_belongs_to_it(monkeypatch):
     for order in ([0, 1], [1, 0]):
         groups, _ = groups_of(np.full(2, "chaos", object), states, np.array(order), arcs)
         assert groups == {frozenset({0, 1})}
-
-
-def test_chaos_and_quasiperiodic_motion_are_never_one():
-    labels = np.array(["chaos", "quasiperiodic"], object)
-    assert len(groups_of(labels, np.array([[1.0, 0, 0, 0]] * 2), np.arange(2), turning)[0]) == 2
 
 
 def at(x, *lanes, label="T,1"):

@@ -8,9 +8,12 @@ import pytest
 
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, in_legend, quantities, usual_show
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Report
+from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import (
     FLAGS,
+    KEPT,
     by_frequency,
     coexisting,
     finals,
@@ -20,6 +23,8 @@ from nlds_vines.model.labels import (
 )
 from nlds_vines.orbits.records import NOT_COMPUTED, STATUS, WANTS
 from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
+from nlds_vines.orbits.spectral_values import agreement, spectral_label
+from nlds_vines.orbits.spectrum import LINES, spectrum_of
 from scans import scan_of, unfilled
 
 
@@ -119,10 +124,24 @@ def test_every_status_has_a_name_and_a_remedy():
     assert "--resume" in STATUS[NOT_COMPUTED].meaning
 
 
-def test_a_scan_knows_how_long_it_watches():
+def test_a_scan_knows_how_long_it_watches_and_tells_it_of_chaos_alone(tmp_path):
     assert most_watched(600, 120, "quick") == 720
     assert most_watched(600, 120, "standard") == 720 + 3000
     assert most_watched(0, 1, "thorough") == 1 + sum(EFFORTS["thorough"])
+    # in the summary
+    report = Report(tmp_path / "a.h5", watched=3720)
+    report.tally.labels.update(["T,1", "3T,2"])
+    assert report.remarks() == []
+    report.tally.labels.update(["chaos"])
+    (line,) = report.remarks()
+    assert "watched for 3720 periods" in line
+    assert "1242 periods or more" in line
+    # in a legend
+    sampling = {"sampling": {"transient": 300, "effort": "thorough"}}
+    archive = SimpleNamespace(request=lambda content, load: load(None, sampling))
+    assert in_legend("chaos", archive) == f"chaos (for {300 + 120 + 51_000} T)"
+    assert in_legend("3T,2", archive) == "3T,2"
+    assert in_legend("chaos → T,0", archive) == "chaos → T,0"
 
 
 def test_the_bound_is_that_of_the_exponential_law():
@@ -132,24 +151,6 @@ def test_the_bound_is_that_of_the_exponential_law():
     lifetimes = np.random.default_rng(1).exponential(least, 200_000)
     assert (lifetimes > 3720).mean() == pytest.approx(0.05, abs=0.002)
     assert least_lifetime(3720, 0.5) > least
-
-
-def test_only_of_chaos_the_summary_says_how_long_it_was_watched(tmp_path):
-    report = Report(tmp_path / "a.h5", watched=3720)
-    report.tally.labels.update(["T,1", "3T,2"])
-    assert report.remarks() == []
-    report.tally.labels.update(["chaos"])
-    (line,) = report.remarks()
-    assert "watched for 3720 periods" in line
-    assert "1242 periods or more" in line
-
-
-def test_only_chaos_has_a_time_in_a_legend():
-    sampling = {"sampling": {"transient": 300, "effort": "thorough"}}
-    archive = SimpleNamespace(request=lambda content, load: load(None, sampling))
-    assert in_legend("chaos", archive) == f"chaos (for {300 + 120 + 51_000} T)"
-    assert in_legend("3T,2", archive) == "3T,2"
-    assert in_legend("chaos → T,0", archive) == "chaos → T,0"
 
 
 LATE = "transient chaos to T,0"
@@ -166,33 +167,24 @@ CELLS = np.array(
 )
 
 
-def test_a_transient_ends_where_it_says():
+def test_starts_of_a_cell_are_shared_out_counted_and_stood_for():
+    # a transient ends where it says
     assert finals(CELLS)[2].tolist() == ["T,0", "T,0", "T,0", "chaos"]
-
-
-def test_shares_count_final_regimes_or_the_way_there():
+    # shares count final regimes, or the way there
     np.testing.assert_allclose(share_of(CELLS, "T,0"), [0, 0.75, 0.75, 0.25, 0, 0.25])
     np.testing.assert_allclose(share_of(CELLS, LATE), [0, 0.25, 0.5, 0, 0, 0])
     assert share_of(CELLS, "9T,9").max() == 0
-
-
-def test_coexisting_regimes_are_counted_and_gaps_in_knowledge_are_not():
+    # coexisting regimes are counted, and gaps in knowledge are not
     # in the third cell chaos may be the transient of the others
     assert coexisting(CELLS).tolist() == [1, 2, 1, 2, 0, 4]
-
-
-def test_the_most_frequent_regime_stands_for_a_cell():
+    # the most frequent regime stands for a cell
     labels = most_frequent(CELLS).tolist()
     assert labels[:5] == ["T,1", "T,0", LATE, "chaos", "undetermined"]
     assert labels[5] == "T,0"  # all four once: the one most frequent elsewhere
-
-
-def test_of_equally_many_a_known_one_stands_for_a_cell():
+    # of equally many a known one does
     cells = np.array([["undetermined", "3T,2"], ["undetermined", "undetermined"]], dtype=object)
     assert most_frequent(cells).tolist() == ["3T,2", "undetermined"]
-
-
-def test_any_shape_and_order_of_starts():
+    # any shape and order of starts
     grid = CELLS.reshape(2, 3, 4)
     assert most_frequent(grid).shape == coexisting(grid).shape == share_of(grid, "T,1").shape
     turned = grid[..., ::-1]
@@ -239,3 +231,64 @@ def test_what_cannot_be_shown_is_refused_in_one_line(
 ):
     line = error_of(check_show, show, [RANGE] * axes, starts, known("E1max"), labeled)
     assert message in line
+
+
+def test_verdicts_and_spectra_agree_where_both_can_tell():
+    codes = {name: FLAGS[name] for name in ("periodic", "quasiperiodic", "chaotic", "undetermined")}
+    rows = [
+        ("periodic", 1, "T", "yes"),
+        ("periodic", 3, "3T", "yes"),
+        ("periodic", 3, "T", "no"),
+        ("periodic", 40, "lines", "no"),
+        ("periodic", 40, "unclear", ""),
+        ("periodic", 41, "lines", ""),  # longer than a third of the 120 periods
+        ("periodic", 41, "broadband", ""),
+        ("quasiperiodic", 0, "lines", "yes"),
+        ("quasiperiodic", 0, "broadband", "no"),
+        ("chaotic", 0, "broadband", "yes"),
+        ("chaotic", 0, "3T", "no"),
+        ("undetermined", 0, "lines", ""),
+        ("chaotic", 0, "", ""),
+    ]
+    regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
+    agreed = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
+    assert agreed.tolist() == [KEPT.get(word, -1) for word in expected]
+
+
+def test_the_words_for_what_a_spectrum_says_and_its_background():
+    shares = (1e-5, 5e-4, 1e-2)
+    assert [spectral_label(1, 0.0, 60), spectral_label(3, 1e-2, 60)] == ["T", "3T"]
+    assert [spectral_label(0, s, 120) for s in shares] == ["lines", "unclear", "broadband"]
+    assert {spectral_label(0, s, 119) for s in shares} == {"unclear"}
+    # lines anywhere leave no background, and noise does
+    time = np.arange(240 * 64) / 64
+    lines = np.cos(2 * np.pi * time) + 0.3 * np.cos(2 * np.pi * 0.6180339 * time + 1.0)
+    assert spectrum_of(lines, 64, 1.0, window="hann").background_share(961) < 1e-5
+    noise = np.random.default_rng(1).normal(size=time.size)
+    assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
+    assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "message"),
+    [
+        ({"signals": ["x3"]}, "unknown signal 'x3'"),
+        ({"signals": ["force"]}, "unknown signal 'force'"),
+        ({"signals": ["x1", "x1"]}, "names something twice"),
+        ({"highest": 33.0}, "allowed: up to half of the samples"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(spectrum, message):
+    with pytest.raises(RequestError, match=message):
+        load_scan("ssul-set6", {"record": {"want": ["spectrum"]}, "spectrum": spectrum})
+
+
+def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():
+    plain = load_scan("ssul-set6")
+    assert "spectrum" not in plain.document()
+    changed = {"record": {"want": ["lines"]}, "spectrum": {"signals": ["u"], "samples": 128}}
+    scan = load_scan("ssul-set6", changed)
+    assert load_scan(scan.document()) == scan
+    assert scan.table.shape("line_amplitude") == (1201, 1, 1, LINES)
+    bare = load_scan("none", {"record": {"want": ["lines"]}, "set": {}})
+    assert bare.spectral.signals == ("x1",)

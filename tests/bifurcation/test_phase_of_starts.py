@@ -9,7 +9,6 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.command import start_of
 from nlds_vines.bifurcation.result import cell_orbit
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import Chosen
 from nlds_vines.kernels.cells.cells import enter
@@ -20,6 +19,8 @@ from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.upkeep.rerun import differing
+
+pytestmark = pytest.mark.kernels
 
 SAMPLES = 48
 CASES = {  # with impacts in the middle of periods
@@ -55,7 +56,6 @@ def at_section(system, states, phases, method="exact", **settings):
     return user_states(cells, behind, system.scene)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("case", CASES)
 def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
     """Also within contacts, and with impacts in between: every state of three periods is one."""
@@ -83,7 +83,6 @@ def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
         assert np.abs((section - orbit.section[period]) / size).max() < 1e-11
 
 
-@pytest.mark.kernels
 def test_the_method_rk4_begins_at_a_phase_too():
     system = nv.load_system("impact-oscillator", omega=1.5, P=2.0)
     orbit = nv.simulate(system, 1, record=("trajectory", "section"), samples=SAMPLES, quiet=True)
@@ -97,7 +96,6 @@ def test_the_method_rk4_begins_at_a_phase_too():
     assert errors[1] < 1e-6
 
 
-@pytest.mark.kernels
 def test_what_is_at_a_section_stays_there_and_what_does_not_come_so_far_diverges():
     system, state = nv.load_system("impact-oscillator", omega=1.5), [[0.3, -0.2]] * 2
     assert at_section(system, state, [0.0, TURN]).tolist() == state
@@ -120,7 +118,6 @@ def plane(tmp_path_factory):
     return path
 
 
-@pytest.mark.kernels
 def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
     """From each cell an orbit is followed by `simulate`, after a first part on its own."""
     with nv.read(plane) as view:
@@ -138,7 +135,6 @@ def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
         assert labels == label[i].tolist()
 
 
-@pytest.mark.kernels
 def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     again = tmp_path / "again.h5"
     assert main(["rerun", str(plane), "-o", str(again), "--quiet"]) == 0
@@ -166,7 +162,6 @@ def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     assert chosen.begins(orbit.system).state == tuple(moved[0].tolist())
 
 
-@pytest.mark.kernels
 def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
     scan = nv.load_scan(PLANE)
     one = Computer(scan).block(Block(0, ((3, 5), (7, 9))))
@@ -175,7 +170,6 @@ def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
             assert np.array_equal(one[name], view[name][3:5, 7:9])
 
 
-@pytest.mark.kernels
 def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(tmp_path):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
@@ -195,21 +189,6 @@ def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(
     assert (len(enter.signatures) if hasattr(enter, "signatures") else 0) == before
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
-        ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
-        ({"start": {"policy": "random", "count": 3}}, "phase is varied, so orbits begin at rest"),
-        ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
-    ],
-)
-def test_a_wrong_phase_is_refused(change, message):
-    with pytest.raises(RequestError, match=message):
-        nv.load_scan({**PLANE, **change})
-
-
-@pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, answer):
     assert start_of("rest@1.5") == {"start": {"policy": "rest", "phase": 1.5}}
     state = {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
@@ -217,14 +196,3 @@ def test_the_command_takes_phases(tmp_path, answer):
     asked = ["--system", "impact-oscillator", "--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4"]
     asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
     assert "12 (3 x 4 cells" in answer("bifurcation", *asked)
-
-
-@pytest.mark.parametrize(
-    ("start", "line"),
-    [
-        (["--start", "@1.5"], "--start @1.5: a state or rest stands before the @"),
-        (["--start", "rest@1.5", "--vary", "phase=0:6:4"], "phase is varied, and phase = 1.5"),
-    ],
-)
-def test_a_phase_is_given_once_and_with_a_start(start, line, refusal):
-    assert line in refusal("bifurcation", "--dry-run", *start)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_phase_of_starts import PLANE
 
 import nlds_vines as nv
 from nlds_vines.archives.files import toml_text
@@ -382,3 +383,28 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
 
     usual = [seconds(f"{i}.h5", k2=668.9) for i in range(2)][-1]  # the first may have to compile
     assert seconds("free.h5", k2=0.0, c2=0.0) < 10 * usual + 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
+        ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
+        ({"start": {"policy": "random", "count": 3}}, "phase is varied, so orbits begin at rest"),
+        ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
+    ],
+)
+def test_a_wrong_phase_is_refused(change, message):
+    with pytest.raises(RequestError, match=message):
+        nv.load_scan({**PLANE, **change})
+
+
+@pytest.mark.parametrize(
+    ("start", "line"),
+    [
+        (["--start", "@1.5"], "--start @1.5: a state or rest stands before the @"),
+        (["--start", "rest@1.5", "--vary", "phase=0:6:4"], "phase is varied, and phase = 1.5"),
+    ],
+)
+def test_a_phase_is_given_once_and_with_a_start(start, line, refusal):
+    assert line in refusal("bifurcation", "--dry-run", *start)

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.errors import RequestError
-from nlds_vines.model.labels import FLAGS, KEPT
+from nlds_vines.model.labels import KEPT
 from nlds_vines.model.linear_response import response
-from nlds_vines.orbits.spectral_values import agreement, spectral_label
-from nlds_vines.orbits.spectrum import LINES, spectrum_of
+from nlds_vines.orbits.spectrum import LINES
+
+pytestmark = pytest.mark.kernels
 
 ALL = ["spectrum", "lines", "broadband"]
 
@@ -30,7 +29,6 @@ def scanned(
     return nv.read(tmp_path / name)
 
 
-@pytest.mark.kernels
 def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp_path):
     with scanned(tmp_path, "none", ALL, sampling={"transient": 4000}) as view:
         exact = response(nv.load_system("none"), view["omega"]).X1
@@ -47,7 +45,6 @@ def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp
         assert set(view["spectral_label"].ravel().tolist()) == {"T"}
 
 
-@pytest.mark.kernels
 def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
     options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "120"]
@@ -65,29 +62,6 @@ def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     assert line.startswith(f"spectra disagree: {len(judged)} of {len(judged)} orbits: ")
 
 
-def test_verdicts_and_spectra_agree_where_both_can_tell():
-    codes = {name: FLAGS[name] for name in ("periodic", "quasiperiodic", "chaotic", "undetermined")}
-    rows = [
-        ("periodic", 1, "T", "yes"),
-        ("periodic", 3, "3T", "yes"),
-        ("periodic", 3, "T", "no"),
-        ("periodic", 40, "lines", "no"),
-        ("periodic", 40, "unclear", ""),
-        ("periodic", 41, "lines", ""),  # longer than a third of the 120 periods
-        ("periodic", 41, "broadband", ""),
-        ("quasiperiodic", 0, "lines", "yes"),
-        ("quasiperiodic", 0, "broadband", "no"),
-        ("chaotic", 0, "broadband", "yes"),
-        ("chaotic", 0, "3T", "no"),
-        ("undetermined", 0, "lines", ""),
-        ("chaotic", 0, "", ""),
-    ]
-    regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
-    agreed = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
-    assert agreed.tolist() == [KEPT.get(word, -1) for word in expected]
-
-
-@pytest.mark.kernels
 def test_the_linear_damper_has_its_closed_form_in_both_signals(tmp_path):
     with scanned(tmp_path, "tmd", ["lines"], sampling={"transient": 4000}) as view:
         both = response(nv.load_system("tmd"), view["omega"])
@@ -99,7 +73,6 @@ def test_the_linear_damper_has_its_closed_form_in_both_signals(tmp_path):
         assert "broadband" not in view
 
 
-@pytest.mark.kernels
 def test_lines_of_a_subharmonic_orbit_make_it_again(tmp_path):
     """A 3T orbit is the sum of its recorded lines but for those beyond them."""
     system = nv.load_system("ssul-set6", omega=7.45)
@@ -117,7 +90,6 @@ def test_lines_of_a_subharmonic_orbit_make_it_again(tmp_path):
         assert made == pytest.approx(x1 - x1.mean(), abs=3e-3 * np.ptp(x1))
 
 
-@pytest.mark.kernels
 def test_parseval_with_the_recorded_rms(tmp_path):
     spectrum = {"window": "rectangular", "samples": 512, "highest": 255.0, "signals": ["x1", "v1"]}
     want = ["response", "spectrum"]
@@ -129,7 +101,6 @@ def test_parseval_with_the_recorded_rms(tmp_path):
         assert view.units("spectrum") == "m, m/s"
 
 
-@pytest.mark.kernels
 def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_path):
     vary = {"omega": {"values": [7.0, 7.38125, 7.3825, 7.385, 7.4175, 7.42, 7.45]}}
     sampling = {"transient": 1500, "periods": 240}
@@ -145,21 +116,6 @@ def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_
         assert chaos.min() > 2e-3
 
 
-def test_the_words_for_what_a_spectrum_says_and_its_background():
-    shares = (1e-5, 5e-4, 1e-2)
-    assert [spectral_label(1, 0.0, 60), spectral_label(3, 1e-2, 60)] == ["T", "3T"]
-    assert [spectral_label(0, s, 120) for s in shares] == ["lines", "unclear", "broadband"]
-    assert {spectral_label(0, s, 119) for s in shares} == {"unclear"}
-    # lines anywhere leave no background, and noise does
-    time = np.arange(240 * 64) / 64
-    lines = np.cos(2 * np.pi * time) + 0.3 * np.cos(2 * np.pi * 0.6180339 * time + 1.0)
-    assert spectrum_of(lines, 64, 1.0, window="hann").background_share(961) < 1e-5
-    noise = np.random.default_rng(1).normal(size=time.size)
-    assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
-    assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize(("periods", "judged"), [(60, 0), (120, 4), (240, 4)])
 def test_no_quasiperiodic_motion_is_called_broadband(tmp_path, periods, judged):
     """With 60 periods all four have shares above 1e-3, because their lines crowd."""
@@ -172,32 +128,6 @@ def test_no_quasiperiodic_motion_is_called_broadband(tmp_path, periods, judged):
         assert np.count_nonzero(view["spectra_agree"] == KEPT["yes"]) == judged
 
 
-@pytest.mark.parametrize(
-    ("spectrum", "message"),
-    [
-        ({"signals": ["x3"]}, "unknown signal 'x3'"),
-        ({"signals": ["force"]}, "unknown signal 'force'"),
-        ({"signals": ["x1", "x1"]}, "names something twice"),
-        ({"highest": 33.0}, "allowed: up to half of the samples"),
-    ],
-)
-def test_what_cannot_be_recorded_is_refused(spectrum, message):
-    with pytest.raises(RequestError, match=message):
-        load_scan("ssul-set6", {"record": {"want": ["spectrum"]}, "spectrum": spectrum})
-
-
-def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():
-    plain = load_scan("ssul-set6")
-    assert "spectrum" not in plain.document()
-    changed = {"record": {"want": ["lines"]}, "spectrum": {"signals": ["u"], "samples": 128}}
-    scan = load_scan("ssul-set6", changed)
-    assert load_scan(scan.document()) == scan
-    assert scan.table.shape("line_amplitude") == (1201, 1, 1, LINES)
-    bare = load_scan("none", {"record": {"want": ["lines"]}, "set": {}})
-    assert bare.spectral.signals == ("x1",)
-
-
-@pytest.mark.kernels
 def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
     with scanned(tmp_path, "tmd", ALL) as view:
         path = view.path
@@ -215,7 +145,6 @@ def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
     assert lines.get_yscale() == "log"
 
 
-@pytest.mark.kernels
 def test_a_failed_orbit_has_no_spectrum(tmp_path):
     vary = {"omega": {"values": [1e-7, 6.28]}}  # too stiff: millions of cells
     with scanned(tmp_path, "ssul-set6", ["impacts", *ALL], vary) as view:

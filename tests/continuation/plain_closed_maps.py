@@ -185,7 +185,8 @@ def test_steps_lengthen_on_a_straight_branch_and_shorten_where_it_bends():
         assert angle_of(before, stepper.advance()) <= arclength.SHARPEST * arclength.ANGLE
 
 
-def test_a_fold_is_passed_and_located():
+def test_special_points_are_located_with_their_kinds_labels_and_walls():
+    # a fold is passed
     start = start_at(FOLD, 0.5, sqrt(0.5), bounds=Bounds(-1.0, 0.9), sign=-1.0)
     arm = follow(FOLD, start, Bounds(-1.0, 0.9))
     (fold,) = arm.specials
@@ -196,9 +197,7 @@ def test_a_fold_is_passed_and_located():
     assert (arm.end, arm.points[-1].value) == ("bound", 0.9)
     assert arm.points[-1].cycle.state[0] == pytest.approx(-sqrt(0.9), rel=1e-12)
     assert arm.points[fold.index].cycle.state[0] > 0.0 > arm.points[fold.index + 1].cycle.state[0]
-
-
-def test_a_doubling_is_located_from_both_sides():
+    # a doubling is located from both sides
     for value, sign in ((2.9, 1.0), (3.1, -1.0)):
         bounds = Bounds(2.5, 3.4)
         start = start_at(LOGISTIC, value, 1.0 - 1.0 / value, bounds=bounds, sign=sign)
@@ -207,9 +206,7 @@ def test_a_doubling_is_located_from_both_sides():
         assert abs(doubling.value - 3.0) < 1e-11
         assert doubling.residual < 1e-10
         assert (doubling.before, doubling.after) == ("T,0", "T,0")
-
-
-def test_a_torus_is_located_and_a_neutral_saddle_is_none():
+    # a torus is located, and a neutral saddle is none
     bounds = Bounds(1.2, 2.2)
     arm = follow(DELAYED, start_at(DELAYED, 1.5, (1 / 3, 1 / 3), bounds=bounds), bounds)
     assert [special.kind for special in arm.specials] == ["NS"]
@@ -222,17 +219,13 @@ def test_a_torus_is_located_and_a_neutral_saddle_is_none():
     arm = follow(saddle, start_at(saddle, -0.1, (0.1 / 0.9, -0.2), bounds=bounds), bounds)
     assert arm.end == "bound"
     assert arm.specials == []  # at p = 0 the multipliers are 2 and 0.5
-
-
-def test_where_two_branches_cross_there_is_a_branch_point_and_no_fold():
+    # where two branches cross there is a branch point, and no fold
     bounds = Bounds(-0.5, 0.5)
     arm = follow(PITCHFORK, start_at(PITCHFORK, -0.3, 0.0, bounds=bounds), bounds)
     (point,) = arm.specials
     assert (point.kind, abs(point.value) < 1e-9) == ("BP", True)
     assert point.residual < 1e-8
-
-
-def test_a_grazing_is_located_with_its_labels_and_its_wall():
+    # a grazing has labels and a wall
     system, bounds = grazing(), Bounds(0.0, 1.0)
     (up,) = follow(system, start_at(system, 0.2, 0.1), bounds).specials
     (down,) = follow(system, start_at(system, 0.9, 0.45, sign=-1.0), bounds).specials
@@ -357,32 +350,26 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     assert (walk.alive, walk.is_explained) == (False, bool(events))
 
 
-def test_a_branch_ends_at_the_bound_of_the_interval():
+def test_a_branch_ends_at_a_bound_closed_unstable_or_lost():
     bounds = Bounds(2.2, 2.8)
     for sign, value in ((1.0, 2.8), (-1.0, 2.2)):
         arm = follow(LOGISTIC, start_at(LOGISTIC, 2.5, 0.6, bounds=bounds, sign=sign), bounds)
         assert (arm.end, arm.points[-1].value) == ("bound", value)
         assert arm.points[-1].cycle.state[0] == pytest.approx(1.0 - 1.0 / value, rel=1e-13)
-
-
-def test_a_loop_is_closed():
+    # a loop is closed
     bounds = Bounds(-0.52, 0.52)
     arm = follow(LOOP, start_at(LOOP, 0.0, 0.5, bounds=bounds), bounds)
     assert arm.end == "closed"
     assert [special.kind for special in arm.specials] == ["LP", "LP"]
     around = sum(length(np.ones(2), b.cycle.place - a.cycle.place) for a, b in pairwise(arm.points))
     assert np.pi * 0.99 < around < np.pi * 1.05
-
-
-def test_an_unstable_branch_is_followed_no_further_than_asked():
+    # an unstable branch is followed no further than asked
     bounds = Bounds(2.5, 3.9)
     start = start_at(LOGISTIC, 2.9, 1.0 - 1.0 / 2.9, bounds=bounds)
     arm = follow(LOGISTIC, start, bounds, unstable=5)
     assert arm.end == "unstable"
     assert sum(point.cycle.unstable > 0 for point in arm.points) == 6
-
-
-def test_a_branch_that_no_orbit_continues_is_lost():
+    # a branch that no orbit continues is lost
     cut = Map(LOGISTIC.f, LOGISTIC.by_y, LOGISTIC.by_p)
     plain = cut.at
     cut.at = lambda place, n: None if place[-1] > 2.7 else plain(place, n)
@@ -449,18 +436,8 @@ def test_doublings_are_followed_as_often_as_asked():
     assert second.points[second.specials[0].index + 1].value > MU
 
 
-def test_branches_that_cross_are_both_followed():
-    tracks = explored(PITCHFORK, (-0.5, 0.5), ((0.0, -0.3), 1))
-    assert [track.origin for track in tracks] == ["start", "BP"]
-    other = tracks[1]
-    assert (other.parent, other.ends) == (0, ("bound", "bound"))
-    assert {round(p.cycle.state[0], 6) for p in (other.points[0], other.points[-1])} == {
-        round(sqrt(0.5), 6), -round(sqrt(0.5), 6)
-    }  # fmt: skip
-    assert other.points[0].value == other.points[-1].value == 0.5
-
-
-def test_both_directions_of_a_start_are_one_track():
+def test_tracks_of_both_directions_of_crossing_and_of_closed_branches():
+    # both directions of a start are one track
     (track,) = explored(FOLD, (-1.0, 0.9), ((0.2, 0.04), 1))
     assert track.ends == ("bound", "bound")
     states = [point.cycle.state[0] for point in track.points]
@@ -470,6 +447,20 @@ def test_both_directions_of_a_start_are_one_track():
     assert a.cycle.state[0] * b.cycle.state[0] < 0.0
     ahead = [float(p.tangent @ (q.cycle.place - p.cycle.place)) for p, q in pairwise(track.points)]
     assert min(ahead) > 0.0
+    # branches that cross are both followed
+    tracks = explored(PITCHFORK, (-0.5, 0.5), ((0.0, -0.3), 1))
+    assert [track.origin for track in tracks] == ["start", "BP"]
+    other = tracks[1]
+    assert (other.parent, other.ends) == (0, ("bound", "bound"))
+    assert {round(p.cycle.state[0], 6) for p in (other.points[0], other.points[-1])} == {
+        round(sqrt(0.5), 6), -round(sqrt(0.5), 6)
+    }  # fmt: skip
+    assert other.points[0].value == other.points[-1].value == 0.5
+    # a closed branch is followed once
+    (track,) = explored(LOOP, (-1.0, 1.0), ((0.5, 0.0), 1))
+    assert track.ends == ("closed", "closed")
+    around = [np.arctan2(*p.cycle.place) for p in track.points]
+    assert 2.0 * np.pi < np.abs(np.diff(np.unwrap(around))).sum() < 2.1 * np.pi
 
 
 @pytest.mark.parametrize(
@@ -493,32 +484,23 @@ def test_a_special_point_lies_behind_the_point_of_its_index(system, bounds, plac
         assert special.kind == "LP" or [special.before, special.after] == labels
 
 
-def test_a_closed_branch_is_followed_once():
-    (track,) = explored(LOOP, (-1.0, 1.0), ((0.5, 0.0), 1))
-    assert track.ends == ("closed", "closed")
-    around = [np.arctan2(*p.cycle.place) for p in track.points]
-    assert 2.0 * np.pi < np.abs(np.diff(np.unwrap(around))).sum() < 2.1 * np.pi
-
-
-def test_a_start_on_a_known_branch_is_not_followed_again():
+def test_a_start_on_a_known_branch_at_whatever_phase_is_not_followed_again():
     seeds = ((0.5, 2.0), 1), ((1.0 - 1.0 / 2.6, 2.6), 1), ((logistic_2T(3.2), 3.2), 2)
     other = 1.0 - logistic_2T(3.3) + 1.0 / 3.3, 3.3  # the other phase of 2T
     tracks = explored(LOGISTIC, (1.5, 3.4), *seeds, (other, 2))
     assert [track.n for track in tracks] == [1, 2]
+    # orbits are one at whatever phase
+    high = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
+    low = LOGISTIC.at(np.array([4.3 / 3.3 - logistic_2T(3.3), 3.3]), 2)
+    fixed = LOGISTIC.at(np.array([1.0 - 1.0 / 3.3, 3.3]), 2)
+    assert exploration.is_same(LOGISTIC, high, low)
+    assert not exploration.is_same(LOGISTIC, high, fixed)
 
 
 @pytest.mark.parametrize(("n", "state", "least"), [(3, 0.6875, 1), (6, logistic_2T(3.2), 2)])
 def test_an_orbit_is_followed_as_one_of_its_least_period(n, state, least):
     (track,) = explored(LOGISTIC, (3.1, 3.3), ((state, 3.2), n))
     assert {point.cycle.n for point in track.points} == {least}
-
-
-def test_orbits_are_one_at_whatever_phase():
-    high = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
-    low = LOGISTIC.at(np.array([4.3 / 3.3 - logistic_2T(3.3), 3.3]), 2)
-    fixed = LOGISTIC.at(np.array([1.0 - 1.0 / 3.3, 3.3]), 2)
-    assert exploration.is_same(LOGISTIC, high, low)
-    assert not exploration.is_same(LOGISTIC, high, fixed)
 
 
 def test_a_track_is_crossed_where_it_has_the_parameter():
@@ -529,7 +511,7 @@ def test_a_track_is_crossed_where_it_has_the_parameter():
         assert place == pytest.approx([state, 0.25], abs=1e-3)
 
 
-def test_what_is_recalled_is_not_computed_again():
+def test_a_track_is_the_same_recalled_or_from_its_arrays():
     computed = []
     arguments = LOGISTIC, Bounds(1.5, 3.5)
     seeds = [(np.array([0.5, 2.0]), 1)]
@@ -547,9 +529,7 @@ def test_what_is_recalled_is_not_computed_again():
     assert [(t.origin, t.parent, t.at, t.ends) for t in again] == [
         (t.origin, t.parent, t.at, t.ends) for t in tracks
     ]
-
-
-def test_a_track_is_the_same_from_its_arrays():
+    # from its arrays
     track = explored(LOGISTIC, (1.5, 3.5), ((0.5, 2.0), 1), doublings=1)[1]
     arrays = exploration.packed(track)
     again = exploration.packed(exploration.unpacked(arrays))

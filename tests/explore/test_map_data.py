@@ -120,7 +120,8 @@ def test_what_maps_and_diagrams_show(small_map, small_diagram):
     assert len(names) == len(set(names.values()))  # one name for each color
 
 
-def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
+def test_maps_and_diagrams_show_what_is_computed_touches_and_modulation(small_map):
+    # a map of sections alone shows what is computed
     archive = stored(small_map)
     arrays = {name: archive.arrays[name].copy() for name in ("section", "status")}
     failed = next(code for code in STATUS if code not in (OK, NOT_COMPUTED))
@@ -129,9 +130,7 @@ def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
     assert [show.name for show in map_view.shows_of(bare)] == ["status"]
     codes = map_view.column(bare, "computed").reshape(6, 4, 2)
     assert (codes[0, 0, 0], codes[1, 0, 0], codes[2, 2, 1]) == (0, 2, 1)
-
-
-def test_a_diagram_shows_the_section_at_impact():
+    # a diagram shows the section at impact
     want = {"want": ["section", "impact_section", "regime"]}
     archive = empty(load_scan({**DIAGRAM, "record": want}))
     speeds = archive.arrays["impact_speed"]
@@ -143,9 +142,7 @@ def test_a_diagram_shows_the_section_at_impact():
     drawn = map_view.diagram_values(archive, shows["impact_speed"])
     np.testing.assert_array_equal(drawn.ravel(), np.arange(speeds.size))
     assert '"impact_speed"' not in report_page(archive).html  # it holds nothing of touches
-
-
-def test_a_map_shows_the_kind_of_modulation():
+    # a map shows the kind of modulation
     twice = {**MAP, "system": "vi-nes", "record": {"want": ["modulation", "impact_section"]}}
     archive = empty(load_scan(twice))
     codes = archive.arrays["capture"]

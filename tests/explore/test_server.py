@@ -60,7 +60,7 @@ def server(small_map):
         yield running
 
 
-def test_the_address_leads_to_the_page_and_leaves_a_cookie(server):
+def test_the_address_leads_to_the_page_leaves_a_cookie_and_says_what_may_be_loaded(server):
     assert server.get(f"/enter?token={server.token}", cookie=False)[0] == 302
     assert server.headers["Location"] == "/"
     cookie = server.headers["Set-Cookie"]
@@ -72,6 +72,16 @@ def test_the_address_leads_to_the_page_and_leaves_a_cookie(server):
     assert server.token not in text
     assert server.address.startswith("http://127.0.0.1:")
     assert len(server.token) >= 32
+    # every answer says what a browser may load
+    entrance = f"/enter?token={server.token}"
+    for path, cookie in (("/", True), ("/", False), (entrance, False), ("/no", True)):
+        server.get(path, cookie)
+        policy = server.headers["Content-Security-Policy"]
+        assert "default-src 'none'" in policy
+        assert "frame-ancestors 'none'" in policy
+        assert server.headers["X-Frame-Options"] == "DENY"
+        assert server.headers["Referrer-Policy"] == "no-referrer"
+        assert server.headers["X-Content-Type-Options"] == "nosniff"
 
 
 @pytest.mark.parametrize("path", ["/", "/x/", "/static/js/bokeh.min.js", "/ws", "/favicon.ico"])
@@ -93,18 +103,6 @@ def test_tokens_that_are_almost_right_and_files_are_refused(server):
     # the socket opens for the page itself
     headers = {**SOCKET, "Origin": f"http://{server.host}"}
     assert server.get("/ws", **headers)[0] == 101
-
-
-def test_every_answer_says_what_a_browser_may_load(server):
-    entrance = f"/enter?token={server.token}"
-    for path, cookie in (("/", True), ("/", False), (entrance, False), ("/no", True)):
-        server.get(path, cookie)
-        policy = server.headers["Content-Security-Policy"]
-        assert "default-src 'none'" in policy
-        assert "frame-ancestors 'none'" in policy
-        assert server.headers["X-Frame-Options"] == "DENY"
-        assert server.headers["Referrer-Policy"] == "no-referrer"
-        assert server.headers["X-Content-Type-Options"] == "nosniff"
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost:{port}", "127.0.0.1"])

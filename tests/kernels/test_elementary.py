@@ -10,6 +10,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+from support import REPO
 
 from nlds_vines.kernels.numerics import elementary
 
@@ -104,3 +105,21 @@ def test_compiled_and_uncompiled_give_the_same_bits():
         assert done.returncode == 0, done.stderr
         outputs.append(json.loads(done.stdout))
     assert outputs[0] == outputs[1]
+
+
+PRINT = """
+from test_impact_variations import *
+for impact in random_impacts(6, make_arc()):
+    print(*(x.hex() for x in impact.carried(make_arc()).tolist()))
+"""
+
+
+def test_the_same_bits_without_compiling():
+    outputs = []
+    for disabled in ("0", "1"):
+        paths = os.pathsep.join([str(REPO), str(REPO / "tests"), str(REPO / "tests" / "kernels")])
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": paths}
+        command = [sys.executable, "-W", "ignore", "-c", PRINT]
+        outputs.append(subprocess.run(command, env=environment, capture_output=True, check=True))
+    assert outputs[0].stdout == outputs[1].stdout
+    assert len(outputs[0].stdout.split()) == 6 * 16

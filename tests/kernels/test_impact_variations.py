@@ -1,13 +1,10 @@
 """Variations through a short impact: as good as the impact, linear, and of a known determinant."""
 
-import os
-import subprocess
-import sys
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from support import NOTHING, REPO, Approach, contact_parts, references, side_of
+from support import NOTHING, Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
@@ -16,6 +13,8 @@ from nlds_vines.kernels.impact.inside import Ahead, vary, vary_inside
 from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.orbits.solver_settings import Settings
+
+pytestmark = pytest.mark.kernels
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
@@ -103,7 +102,6 @@ def random_impacts(count, arc, seed=5):
     return impacts
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_variations_err_by_the_tolerance(tolerance):
     """Against a hundred steps; at most a few times, as errors of an impact's ends do."""
@@ -116,7 +114,6 @@ def test_variations_err_by_the_tolerance(tolerance):
 SHARES = (1e-3, 0.1, 0.4, 0.499, 0.501, 0.7, 0.9, 0.999)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_section_may_cut_an_impact_anywhere(tolerance):
     """Notices: a half taken for the other, time that runs on backward, the wall's own force."""
@@ -132,7 +129,6 @@ def test_a_section_may_cut_an_impact_anywhere(tolerance):
     assert np.median(errors) <= 0.1 * tolerance
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_variations_go_on_behind_a_section(share):
     """With what was kept, or, where nothing was, the same again."""
@@ -149,7 +145,6 @@ def test_variations_go_on_behind_a_section(share):
     np.testing.assert_allclose(carried.reshape(4, 4), expected, rtol=1e-9)
 
 
-@pytest.mark.kernels
 def test_the_determinant_is_known_beforehand():
     """The divergence of the flow is constant; the contact does not add to it."""
     arc = make_arc()
@@ -161,7 +156,6 @@ def test_the_determinant_is_known_beforehand():
         assert np.linalg.det(impact.matrix(matrix)) == pytest.approx(determinant, rel=1e-8)
 
 
-@pytest.mark.kernels
 def test_variations_are_linear_and_any_may_be_zero_or_no_number():
     """A sum goes where the sum of both goes, to the tolerance; sizes do not matter."""
     arc, impact, rng = make_arc(), one(), np.random.default_rng(2)
@@ -185,40 +179,19 @@ def test_variations_are_linear_and_any_may_be_zero_or_no_number():
     assert np.isfinite(carried[:4]).all()
 
 
-@pytest.mark.kernels
 def test_the_depth_leaves_the_nodes_of_the_whole_impact():
     """Variations are the same, to the last bit, whether the depth is wanted or not."""
     arc = make_arc()
     np.testing.assert_array_equal(one().carried(arc, impacts=True), one().carried(arc))
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("nodes", [6, 7, 9])
 def test_numbers_of_nodes_that_are_no_fours(nodes):
     arc, few = make_arc(nodes=nodes), make_arc(nodes=nodes - 3)
     assert one().error(arc) <= 0.1 * one().error(few)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("nodes", [14, 18])
 def test_variations_settle_at_the_last_node_where_fours_are_padded(nodes):
     impacts = random_impacts(40, make_arc(1e-12, nodes=24))
     assert max(impact.error(make_arc(1e-12, nodes=nodes)) for impact in impacts) <= 1e-9
-
-
-PRINT = """
-from test_impact_variations import *
-for impact in random_impacts(6, make_arc()):
-    print(*(x.hex() for x in impact.carried(make_arc()).tolist()))
-"""
-
-
-def test_the_same_bits_without_compiling():
-    outputs = []
-    for disabled in ("0", "1"):
-        paths = os.pathsep.join([str(REPO), str(REPO / "tests"), str(REPO / "tests" / "kernels")])
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": paths}
-        command = [sys.executable, "-W", "ignore", "-c", PRINT]
-        outputs.append(subprocess.run(command, env=environment, capture_output=True, check=True))
-    assert outputs[0].stdout == outputs[1].stdout
-    assert len(outputs[0].stdout.split()) == 6 * 16

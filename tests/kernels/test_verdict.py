@@ -1,17 +1,16 @@
 """Verdicts: what each label needs, on sequences made up and on orbits whose nature is known."""
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from plain_orbit import logistic, noise, torus
 
-from nlds_vines import RequestError, classify, load_system
+from nlds_vines import classify, load_system
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
-from nlds_vines.model.labels import FLAGS, label_of
-from nlds_vines.orbits.solver_settings import EFFORTS
+
+pytestmark = pytest.mark.kernels
 
 EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m1 - c2/m2
 
@@ -42,19 +41,6 @@ def uncompiled(kernel):
     return getattr(kernel, "py_func", kernel)
 
 
-def test_codes_are_those_of_the_archive_and_labels_the_papers_words():
-    kinds = ("undetermined", "periodic", "quasiperiodic", "chaotic", "transient_chaos", "failed")
-    assert [FLAGS[kind] for kind in kinds] == [0, 1, 2, 3, 4, 5]
-    assert [getattr(codes, kind.upper()) for kind in kinds] == [0, 1, 2, 3, 4, 5]
-    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
-    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
-    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
-    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
-    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
-    assert label_of(FLAGS["failed"], 0, 0) == "failed"
-
-
-@pytest.mark.kernels
 def test_what_each_label_needs_of_sequences_made_up():
     # chaos needs an interval above zero
     chaos, _ = logistic(4.0, 2400)
@@ -79,7 +65,6 @@ def test_what_each_label_needs_of_sequences_made_up():
         assert evidence[codes.DIGITS] < 4.0
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("decay", "steady"), [(0, True), (1e-3, True), (0.5, False), (4, False), (40, False)]
 )
@@ -93,28 +78,6 @@ def test_a_motion_that_shrinks_is_not_steady(decay, steady):
         assert uncompiled(verdict.is_steady)(Scene(4, -1.35), record, 600, 600) == steady
 
 
-def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
-    def forgets(trace, *exponents):
-        evidence = np.full(codes.LENGTH_OF_ROW, np.nan)
-        evidence[codes.EXPONENTS : codes.EXPONENTS + len(exponents)] = exponents
-        return uncompiled(verdict.forgets)(len(exponents), trace, evidence, 1.0, 600.0)
-
-    assert forgets(-1.35, 1e-3, -0.02, -0.6, -0.731)  # an attracting torus
-    assert not forgets(-1.0, 2e-3, -2e-3, -0.5, -0.5)  # a pair: a free oscillation
-    assert not forgets(-1e-7, 2e-3, -2.0001e-3)
-    assert forgets(-0.02, -0.01, -0.01)  # which has had the time to decay
-    assert forgets(0.0, 2e-3, -2e-3)  # nothing dissipates
-    assert not forgets(0.0, 2e-3, -2.1e-3)  # impacts do
-    assert forgets(0.0, 0.0, -0.1)
-
-
-def test_efforts_only_add_stages():
-    stages = list(EFFORTS.values())
-    for less, longer in itertools.pairwise(stages):
-        assert longer[: len(less)] == less
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("omega", "label"),
     [(5.0, "T,1"), (5.7, "T,1"), (6.28, "T,1"), (7.35, "T,1"), (7.364, "2T,2"), (7.45, "3T,2"),
@@ -134,7 +97,6 @@ def test_the_regimes_of_set_6(omega, label):
     assert (again.label, again.settling) == (label, 0)
 
 
-@pytest.mark.kernels
 def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
     soft = {"K": 2.5e7}
     three = classify(load_system("ssul-set6", omega=7.375, **soft))
@@ -151,7 +113,6 @@ def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
     assert passing.lyapunov == pytest.approx(-0.27, abs=0.005)
 
 
-@pytest.mark.kernels
 def test_regimes_coexist_where_an_orbit_without_impacts_can_exist():
     below, above = (load_system("ssul-set6", omega=w) for w in (7.4595, 7.4597))
     start = classify(load_system("ssul-set6", omega=7.95)).point
@@ -161,13 +122,3 @@ def test_regimes_coexist_where_an_orbit_without_impacts_can_exist():
     system = load_system("ssul-set6", omega=7.85)
     still = classify(load_system("ssul-set6", omega=7.95)).point
     assert {classify(system).label, classify(system, start=still).label} == {"2T,1", "T,0"}
-
-
-def test_a_wrong_request_is_refused_in_one_line():
-    system = load_system("ssul-set6")
-    with pytest.raises(RequestError, match="unknown effort 'huge'"):
-        classify(system, effort="huge")
-    with pytest.raises(RequestError, match="periods = 0"):
-        classify(system, periods=0)
-    with pytest.raises(RequestError, match="start"):
-        classify(system, start=(0.0, 0.0))

@@ -307,7 +307,8 @@ def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, mess
         load_tuning("tmd", tables)
 
 
-def test_equal_ratios_are_rounded_from_exact_powers():
+def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted():
+    # equal ratios are rounded from exact powers
     values = Axis.spaced("K", 1e5, 1e9, 41, "log").values
     assert values[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
     np.testing.assert_allclose(values[1:] / values[:-1], 10**0.1, rtol=1e-15 * 4)
@@ -315,6 +316,29 @@ def test_equal_ratios_are_rounded_from_exact_powers():
     assert Axis.of("K", {"start": 1.0, "stop": 4.0, "num": 3, "scale": "log"}).values.tolist() == [
         1.0, 2.0, 4.0,
     ]  # fmt: skip
+    # the option and the file mean the same
+    entry = spaced("--vary K", "1e5:1e9:5:log")
+    scan = load_scan(None, {"vary": {"K": entry}})
+    assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    assert load_scan(scan.document()) == scan
+    with pytest.raises(RequestError, match="must be START:STOP:NUM"):
+        spaced("--band", "1:2:log")
+    # ranges and lists are told apart by their values
+    assert logarithmic(Axis.spaced("K", 1e5, 1e9, 9, "log").values)
+    assert not logarithmic(np.linspace(1.0, 2.0, 9))
+    assert [is_list(np.array(v)) for v in ([600.0, 800.0], [1.0, 2.0, 3.0, 4.0, 5.0])] == [
+        True, False,
+    ]  # fmt: skip
+    assert is_list(np.array([1.0, 2.0, 3.0, 5.0, 9.0, 10.0]))
+    assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
+        [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
+    )
+    # values that are sorted are told
+    with pytest.warns(Reordered, match="omega: its values are sorted, 5 to 7"):
+        axis = Axis("omega", np.array([6.0, 5.0, 7.0]))
+    assert axis.values.tolist() == [5.0, 6.0, 7.0]
+    with pytest.warns(Reordered):
+        load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})
 
 
 @pytest.mark.parametrize(
@@ -355,32 +379,3 @@ def test_any_sequence_of_numbers_is_an_axis(values):
 def test_anything_else_is_no_axis(values):
     with pytest.raises(RequestError, match="omega"):
         load_scan("tmd", {"vary": {"omega": values}})
-
-
-def test_the_option_and_the_file_mean_the_same():
-    entry = spaced("--vary K", "1e5:1e9:5:log")
-    scan = load_scan(None, {"vary": {"K": entry}})
-    assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
-    assert load_scan(scan.document()) == scan
-    with pytest.raises(RequestError, match="must be START:STOP:NUM"):
-        spaced("--band", "1:2:log")
-
-
-def test_ranges_and_lists_are_told_apart_by_their_values():
-    assert logarithmic(Axis.spaced("K", 1e5, 1e9, 9, "log").values)
-    assert not logarithmic(np.linspace(1.0, 2.0, 9))
-    assert [is_list(np.array(v)) for v in ([600.0, 800.0], [1.0, 2.0, 3.0, 4.0, 5.0])] == [
-        True, False,
-    ]  # fmt: skip
-    assert is_list(np.array([1.0, 2.0, 3.0, 5.0, 9.0, 10.0]))
-    assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
-        [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
-    )
-
-
-def test_values_that_are_sorted_are_told():
-    with pytest.warns(Reordered, match="omega: its values are sorted, 5 to 7"):
-        axis = Axis("omega", np.array([6.0, 5.0, 7.0]))
-    assert axis.values.tolist() == [5.0, 6.0, 7.0]
-    with pytest.warns(Reordered):
-        load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})

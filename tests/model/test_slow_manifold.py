@@ -36,9 +36,7 @@ def test_the_best_clearance_is_the_published_one():
     assert best.r == pytest.approx(0.98846, abs=5e-6)
     assert best.clearance == pytest.approx(0.33866 * 500.0, rel=2e-5)
     assert manifold.Gamma == pytest.approx(0.15)
-
-
-def test_the_manifold_ends_where_no_motion_is_sustained():
+    # the manifold ends where no motion is sustained
     manifold = nv.slow_manifold(nv.load_system("vi-nes"))
     rho = 2 / np.pi * 0.2 / 1.8
     assert manifold.least == pytest.approx(rho / np.sqrt(1 + rho**2), rel=1e-14)

@@ -1,14 +1,19 @@
 """`classify`: one verdict whatever the lengths and the effort; rows of evidence and their words."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from nlds_vines import classify, load_system, simulate
-from nlds_vines.kernels.scene import codes as ev
+from nlds_vines.errors import RequestError
+from nlds_vines.kernels.cells import verdict
+from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits.batch import verdict_arrays
+from nlds_vines.orbits.solver_settings import EFFORTS
 from scans import computed, scan_of
 
 NOTED = 4096  # periods of a transient whose section is kept
@@ -200,24 +205,24 @@ DIAGONAL = [-0.1, 0.8, 0.2, -0.4]
 
 def rows_of(*columns):
     """Return rows of evidence (lanes, 1, COLUMNS) with these columns, NaN elsewhere."""
-    rows = np.full((len(columns), 1, ev.LENGTH_OF_ROW), np.nan)
+    rows = np.full((len(columns), 1, codes.LENGTH_OF_ROW), np.nan)
     for row, values in zip(rows[:, 0], columns, strict=True):
-        row[ev.KIND], row[ev.CYCLE_PERIOD], row[ev.SETTLING] = 0.0, 0.0, -1.0
+        row[codes.KIND], row[codes.CYCLE_PERIOD], row[codes.SETTLING] = 0.0, 0.0, -1.0
         for place, value in values.items():
             row[place : place + np.size(value)] = value
     return rows
 
 
 PERIODIC = {
-    ev.KIND: FLAGS["periodic"],
-    ev.CYCLE_PERIOD: N,
-    ev.NEAR_IMPACTS: 3,
-    ev.FAR_IMPACTS: 1,
-    ev.SETTLING: 17,
-    ev.MONODROMY: np.diag(DIAGONAL).ravel(),
-    ev.POINT: [0.01, 0.2, 0.05, -0.6],
+    codes.KIND: FLAGS["periodic"],
+    codes.CYCLE_PERIOD: N,
+    codes.NEAR_IMPACTS: 3,
+    codes.FAR_IMPACTS: 1,
+    codes.SETTLING: 17,
+    codes.MONODROMY: np.diag(DIAGONAL).ravel(),
+    codes.POINT: [0.01, 0.2, 0.05, -0.6],
 }
-CHAOTIC = {ev.KIND: FLAGS["chaotic"], ev.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}
+CHAOTIC = {codes.KIND: FLAGS["chaotic"], codes.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}
 
 
 @pytest.fixture
@@ -263,3 +268,47 @@ def test_words_of_every_kind():
     assert [label_of(*one) for one in zip(regime, period, impacts, strict=True)] == expected
     kinds = np.array([1, 3, 1])
     assert flags_of(np.array([OK, OK, DIVERGED]), kinds).tolist() == [1, 3, FLAGS["failed"]]
+
+
+def test_codes_are_those_of_the_archive_and_labels_the_papers_words():
+    kinds = ("undetermined", "periodic", "quasiperiodic", "chaotic", "transient_chaos", "failed")
+    assert [FLAGS[kind] for kind in kinds] == [0, 1, 2, 3, 4, 5]
+    assert [getattr(codes, kind.upper()) for kind in kinds] == [0, 1, 2, 3, 4, 5]
+    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
+    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
+    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
+    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
+    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
+    assert label_of(FLAGS["failed"], 0, 0) == "failed"
+
+
+def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
+    def forgets(trace, *exponents):
+        evidence = np.full(codes.LENGTH_OF_ROW, np.nan)
+        evidence[codes.EXPONENTS : codes.EXPONENTS + len(exponents)] = exponents
+        plain = getattr(verdict.forgets, "py_func", verdict.forgets)  # which compiles nothing
+        return plain(len(exponents), trace, evidence, 1.0, 600.0)
+
+    assert forgets(-1.35, 1e-3, -0.02, -0.6, -0.731)  # an attracting torus
+    assert not forgets(-1.0, 2e-3, -2e-3, -0.5, -0.5)  # a pair: a free oscillation
+    assert not forgets(-1e-7, 2e-3, -2.0001e-3)
+    assert forgets(-0.02, -0.01, -0.01)  # which has had the time to decay
+    assert forgets(0.0, 2e-3, -2e-3)  # nothing dissipates
+    assert not forgets(0.0, 2e-3, -2.1e-3)  # impacts do
+    assert forgets(0.0, 0.0, -0.1)
+
+
+def test_efforts_only_add_stages():
+    stages = list(EFFORTS.values())
+    for less, longer in itertools.pairwise(stages):
+        assert longer[: len(less)] == less
+
+
+def test_a_wrong_request_is_refused_in_one_line():
+    system = load_system("ssul-set6")
+    with pytest.raises(RequestError, match="unknown effort 'huge'"):
+        classify(system, effort="huge")
+    with pytest.raises(RequestError, match="periods = 0"):
+        classify(system, periods=0)
+    with pytest.raises(RequestError, match="start"):
+        classify(system, start=(0.0, 0.0))

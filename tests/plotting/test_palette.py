@@ -54,25 +54,19 @@ def test_the_measure_has_the_known_values_of_white_and_of_red():
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_periods_and_what_is_not_periodic_are_told_apart(sight):
+def test_regimes_are_told_apart_by_their_colors_and_longer_periods_are_lighter(sight):
+    # periods and what is not periodic
     color = {word: seen(color_of(word), SIGHT[sight]) for word in [*PLAIN, *OTHERS]}
     near = min((float(np.linalg.norm(color[a] - color[b])), a, b)
                for a, b in combinations(color, 2))  # fmt: skip
     assert near[0] > LEAST, near
-
-
-@pytest.mark.parametrize("sight", SIGHT)
-def test_what_is_not_periodic_is_no_tint_of_a_period(sight):
-    """What is undetermined is hatched beside its color, and closer to a tint without blue."""
+    # what is undetermined is hatched beside its color, and closer to a tint without blue
     tints = {word: seen(color_of(word), SIGHT[sight]) for word in TINTS}
     for other in OTHERS:
         color = seen(color_of(other), SIGHT[sight])
         near = min((float(np.linalg.norm(color - tint)), word) for word, tint in tints.items())
         blue = other == HATCHED and sight == "tritanopia"
         assert near[0] > (8.0 if blue else LEAST), (other, near)
-
-
-@pytest.mark.parametrize("sight", SIGHT)
-def test_longer_periods_are_lighter(sight):
+    # longer periods are lighter
     lightness = [seen(color, SIGHT[sight])[0] for color in RAMP]
     assert min(np.diff(lightness)) > 3.0

@@ -5,13 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import printed
 from layout import collisions
-from matplotlib.figure import Figure
 from PIL import Image
 
 import nlds_vines as nv
-from nlds_vines.errors import RequestError
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
@@ -20,7 +17,6 @@ from nlds_vines.portrait.picture import (
     CROWDED,
     DEPTH,
     Place,
-    fit_forces,
     make_page,
     rows_of,
     write_letters,
@@ -28,13 +24,13 @@ from nlds_vines.portrait.picture import (
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import (
     PANELS,
-    USUAL,
     Column,
     PortraitRequest,
-    Window,
     load_portrait,
 )
 from nlds_vines.portrait.run import views_of
+
+pytestmark = pytest.mark.kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = 128
@@ -65,7 +61,6 @@ def headings(figure):
     return [words for axes in figure.axes if (words := axes.get_title(loc="left"))]
 
 
-@pytest.mark.kernels
 def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both():
     system = nv.load_system("ssul-set6", omega=7.575, K=2.5e7)
     windows = [[20, 40], [1000, 1004]]
@@ -78,33 +73,19 @@ def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both(
         assert "obstacle" in axes.get_legend_handles_labels()[1]
 
 
-@pytest.mark.kernels
 def test_a_letter_of_a_phase_plane_stands_in_a_corner_without_curves():
     figure, _ = page(OF_KIND["tmd"], panels=("phase1", "energy"))
     plane = figure.axes[0]
     assert plane.texts[0].xy == (0, 1)
     plane.plot([plane.get_xlim()[0]], [plane.get_ylim()[1]], "o", scalex=False, scaley=False)
-    write_letters([[_place("phase1", plane), _place("energy", figure.axes[1])]], False)
+    write_letters([[place_of("phase1", plane), place_of("energy", figure.axes[1])]], False)
     assert plane.texts[-1].xy == (1, 1)
 
 
-def _place(panel, axes):
+def place_of(panel, axes):
     return Place(panel, None, axes, True, True)
 
 
-@pytest.mark.parametrize(("other", "separate"), [(4.0, False), (6.0, True)])
-def test_forces_of_very_different_sizes_have_scales_of_their_own(other, separate):
-    figure = Figure()
-    row = [_place("force", axes) for axes in figure.subplots(1, 2)]
-    for place, height in zip(row, (1.0, other), strict=True):
-        place.axes.set_ylim(0.0, height)
-    fit_forces(row)
-    assert [place.axes.get_ylim()[1] for place in row] == (
-        [1.0, other] if separate else [other, other]
-    )
-
-
-@pytest.mark.kernels
 def test_lines_of_a_legend_are_visible_however_thin_the_curves():
     figure, _ = page(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), periods=60, samples=1024)
     (plane,) = [axes for axes in figure.axes if axes.get_xlabel() == "$x_2$ [m]"]
@@ -114,7 +95,6 @@ def test_lines_of_a_legend_are_visible_however_thin_the_curves():
         assert line.get_alpha() in (None, 1.0)
 
 
-@pytest.mark.kernels
 def test_a_limit_is_told_above_the_page_and_no_words_of_a_legend_leave_it():
     ssbl = nv.load_system("ssbl")
     allowed = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 5.0})
@@ -133,7 +113,6 @@ def test_a_limit_is_told_above_the_page_and_no_words_of_a_legend_leave_it():
         assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in legend.get_texts())
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("kind", OF_KIND)
 def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
     figure, (view,) = page(OF_KIND[kind], panels=ALL)
@@ -146,7 +125,6 @@ def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
     assert view.label == {"ssul": "T,1", "ssbl": "T,2"}.get(kind, "T,0")
 
 
-@pytest.mark.kernels
 def test_all_labels_carry_symbols_or_words_and_units():
     figure, _ = page(OF_KIND["ssul"], panels=ALL)
     figure.draw_without_rendering()
@@ -158,7 +136,6 @@ def test_all_labels_carry_symbols_or_words_and_units():
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
 
 
-@pytest.mark.kernels
 def test_nothing_is_written_outside_the_page_or_over_another_panel():
     windows = [[10, 20], [20, 26], [26, 29], [29, 31]]
     for options in ({}, *({"windows": windows[:number]} for number in (2, 3, 4))):
@@ -176,7 +153,6 @@ def test_nothing_is_written_outside_the_page_or_over_another_panel():
                 assert min(across, along) < 3  # pixels, of the white around a letter
 
 
-@pytest.mark.kernels
 def test_the_curves_are_the_orbit():
     figure, (view,) = page(OF_KIND["ssul"], panels=["displacement", "relative", "phase2"], show=5)
     orbit = nv.simulate(
@@ -196,7 +172,6 @@ def test_the_curves_are_the_orbit():
     np.testing.assert_array_equal(points.get_xydata()[-1], orbit.trajectory[-1, 2:])
 
 
-@pytest.mark.kernels
 def test_walls_are_drawn_by_their_own_lines_and_forces():
     figure, (view,) = page(OF_KIND["ssbl"], panels=["relative", "force"])
     relative, force = figure.axes
@@ -210,7 +185,6 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
     assert len(view.touches) == 24
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("kind", "parameters", "lines"),
     [
@@ -236,7 +210,6 @@ def test_limits_are_lines_too_and_have_no_force(kind, parameters, lines):
     assert names == [r"$P\,\cos\,\omega t$", "contact"]
 
 
-@pytest.mark.kernels
 def test_a_spectrum_is_cut_off_below_its_highest_line():
     figure, (view,) = page(OF_KIND["ssul"], panels=["spectrum"], signal="force")
     (axes,) = figure.axes
@@ -254,7 +227,6 @@ def drawn(axes, label):
     return line.get_xydata()
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("phase", "sample"), [(0.0, 0), (0.25, 16), (0.499, 32), (1.0, 0)])
 def test_a_section_is_taken_at_any_phase_of_the_force(phase, sample):
     figure, (view,) = page("tmd", panels=["section", "section1"], section_phase=phase, **SECTIONS)
@@ -271,7 +243,6 @@ def test_a_section_is_taken_at_any_phase_of_the_force(phase, sample):
     assert (damper.get_xlabel(), structure.get_xlabel()) == ("$x_2$ [m]", "$x_1$ [m]")
 
 
-@pytest.mark.kernels
 def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
     figure, (view,) = page(OF_KIND["ssbl"], panels=["impact-section"], **SECTIONS)
     (axes,) = figure.axes
@@ -285,7 +256,6 @@ def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
     assert axes.get_ylim()[1] > view.contacts["speed"].max()
 
 
-@pytest.mark.kernels
 def test_of_many_points_the_color_tells_how_many_are_near():
     chaos = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
     long = {"transient": 400, "periods": CROWDED, "samples": 16}
@@ -300,7 +270,6 @@ def test_of_many_points_the_color_tells_how_many_are_near():
     assert not few.axes[0].collections
 
 
-@pytest.mark.kernels
 def test_windows_are_cut_from_one_run(monkeypatch):
     calls = []
     real = simulation.simulate
@@ -321,7 +290,6 @@ def test_windows_are_cut_from_one_run(monkeypatch):
     assert len(second.touches) == np.count_nonzero(touches > 9 * T)
 
 
-@pytest.mark.kernels
 def test_columns_of_other_systems_are_other_runs_beside_each_other():
     document = {
         "system": "ssul-set6",
@@ -340,7 +308,6 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
     assert headings(figure) == ["low, periods 20 to 32", "high, periods 300 to 312"]
 
 
-@pytest.mark.kernels
 def test_a_subharmonic_orbit_is_told_by_its_period():
     request = request_of(
         nv.load_system("ssul-set6", omega=7.375, K=2.5e7), transient=1500, periods=40
@@ -358,7 +325,6 @@ def test_a_subharmonic_orbit_is_told_by_its_period():
     np.testing.assert_allclose(start, end, atol=1e-6)  # the curve closes
 
 
-@pytest.mark.kernels
 def test_what_is_not_known_is_said():
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=2, panels=["energy"])
     text = "\n".join(view.lines())
@@ -369,7 +335,6 @@ def test_what_is_not_known_is_said():
     assert "too few periods to tell" in "\n".join(view.lines())
 
 
-@pytest.mark.kernels
 def test_a_start_is_where_the_orbit_begins():
     request = load_portrait(
         OF_KIND["ssul"],
@@ -380,39 +345,6 @@ def test_a_start_is_where_the_orbit_begins():
     assert request.hash != request_of(OF_KIND["ssul"], transient=0).hash
 
 
-@pytest.mark.parametrize("number", [9, 10, 11, 12])
-def test_the_requests_of_the_papers_figures_state_their_assumption(number):
-    path = ROOT / "scans" / f"figure{number}.toml"
-    request = load_portrait(path)
-    assert "K = 2.5e7 N/m^1.5 assumed" in request.title
-    assert f"(Figure {number})" in request.title
-    assert all(column.system.K == 2.5e7 for column in request.columns)
-    script = path.with_suffix(".py")
-    text = printed(script, "--dry-run")
-    assert request.title in text
-    assert f"picture: figure{number}.png" in text  # to come: a dry run makes none
-
-
-def test_options_override_a_request():
-    path = ROOT / "scans" / "figure11.toml"
-    request = load_portrait(path, {"sampling": {"windows": ["5:7", (8, 9)]}, "set": {"P": 700.0}})
-    windows = [column.window for column in request.columns]
-    assert windows == [Window(5, 7), Window(8, 9)] * 2
-    assert {column.system.parameters["P"] for column in request.columns} == {700.0}
-    assert request.title == load_portrait(path).title  # that of a file stays
-    single = load_portrait(path, {"sampling": {"transient": 4, "periods": 2}})
-    assert [column.window for column in single.columns] == [Window(4, 6)] * 2
-
-
-def test_panels_stand_in_the_order_asked_for_and_need_something_to_show():
-    request = request_of("tmd", panels=["spectrum", "force", "energy"])
-    assert request.panels == ("spectrum", "energy")
-    assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
-    for panel in ("force", "impact-section"):
-        with pytest.raises(RequestError, match=f"{panel} cannot be filled for kind 'tmd'"):
-            request_of("tmd", panels=[panel])
-
-
 CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (b), ...
     "figure9": ["displacement", "phase", "relative", "force"],
     "figure10": ["relative", "phase1", "phase2", "force", "spectrum"],
@@ -420,7 +352,6 @@ CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (
 }
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("name", CAPTIONS)
 def test_the_papers_figures_have_the_letters_of_their_captions(name):
     request = load_portrait(ROOT / "scans" / f"{name}.toml", {"sampling": {"samples": 8}})
@@ -434,7 +365,6 @@ def test_the_papers_figures_have_the_letters_of_their_captions(name):
     assert sorted(letters) == [letter for letter, _ in sorted(set(lettered))]  # one letter a kind
 
 
-@pytest.mark.kernels
 def test_panels_of_one_column_stand_side_by_side_below_its_name():
     request = load_portrait(ROOT / "scans" / "figure11.toml", {"sampling": {"samples": 64}})
     views = views_of(request)
@@ -450,38 +380,12 @@ def test_panels_of_one_column_stand_side_by_side_below_its_name():
     assert [column.panels for column in plain.columns] == [(), ()]
 
 
-@pytest.mark.parametrize(
-    ("panels", "words"),
-    [
-        (["force"], "unknown panel of a column 'force'"),
-        (["forces"], "unknown panels 'forces'"),
-        ([], "empty"),
-    ],
-)
-def test_a_column_fills_panels_of_its_page(panels, words):
-    column = {"window": [0, 3], "panels": panels}
-    document = {"system": "ssul-set6", "portrait": {"panels": ["phase1"]}, "column": [column]}
-    with pytest.raises(RequestError, match=words):
-        load_portrait(document)
-
-
-def test_columns_and_requests_are_checked_in_python_too():
-    column = Column(OF_KIND["tmd"], Window(0, 3), panels=("phase1",))
-    with pytest.raises(RequestError, match="'phase2' is filled by no column"):
-        PortraitRequest("a title", (column,), ("phase1", "phase2"))
-    column = Column(OF_KIND["tmd"], Window(0, 3))
-    assert PortraitRequest("a title", (column,)).signal == "x2"
-    with pytest.raises(RequestError, match="number of columns = 5"):
-        PortraitRequest("a title", (column,) * 5)
-
-
 @pytest.fixture
 def folder(here):
     (here / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\ntransient = 0\n')
     return here
 
 
-@pytest.mark.kernels
 def test_a_run_draws_and_says_what_was_seen(folder, answer, refusal):
     out = answer("portrait", "good.toml", "--start", "0,0,0.1,0")
     assert "periods 0 to 4" in out
@@ -498,7 +402,6 @@ def test_a_run_draws_and_says_what_was_seen(folder, answer, refusal):
     assert answer("portrait", "good.toml", "--quiet", "--overwrite") == ""
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
 def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     first, second = folder / f"a{suffix}", folder / f"b{suffix}"
@@ -515,7 +418,6 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     assert sum(line.get_xdata().size for line in vectors) < 20_000
 
 
-@pytest.mark.kernels
 def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
     out, err = ask(
         "portrait", "good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet", status=1
@@ -524,32 +426,3 @@ def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
     assert err.count("\n") == 1
     assert "too_stiff" in err
     assert not (folder / "good.png").exists()
-
-
-def test_frequencies_and_phases_of_a_request():
-    # a frequency that is set in Hz is told in Hz
-    request = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"panels": ["spectrum"]}})
-    assert request.title.endswith("f = 1 Hz")
-    assert request.frequency == "Hz"
-    assert load_portrait(request.document()).hash == request.hash
-    other = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"frequency": "rad/s"}})
-    assert other.title.endswith("ω = 6.28319 rad/s")
-    # the phase of a section is of the hash where it is not zero
-    plain = load_portrait("ssul-set6")
-    assert load_portrait("ssul-set6", {"portrait": {"section_phase": 0.0}}).hash == plain.hash
-    turned = load_portrait("ssul-set6", {"portrait": {"section_phase": 0.25}})
-    assert turned.hash != plain.hash
-    assert load_portrait(turned.document()).section_phase == 0.25
-
-
-def test_exponents_are_printed_when_they_are_asked_for(answer, refusal, here):
-    words = ("portrait", "--set", "omega=7.38", "--transient", "200", "--periods", "4")
-    lines = answer(*words, "--panels", "relative", "--exponents", "64").splitlines()
-    (line,) = (line for line in lines if "Lyapunov exponents [1/s] " in line)
-    values = [float(part.split()[-3]) for part in line.split("; ") if " +- " in part]
-    assert len(values) == 4
-    assert sum(values) == pytest.approx(-1.35, abs=0.01)
-    assert "; mean divergence -1.34999" in line
-    assert line.endswith("; averages over 64 forcing periods, 54.4883 s")
-    line = refusal(*words, "--exponents", "15")
-    assert "--exponents = 15 must be a whole number from 16 to 10000000" in line

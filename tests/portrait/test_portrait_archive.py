@@ -9,13 +9,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import printed
 from layout import collisions
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from test_portrait import OF_KIND, ROOT, place_of, request_of
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.portrait.request import load_portrait
+from nlds_vines.errors import RequestError
+from nlds_vines.portrait.picture import fit_forces
+from nlds_vines.portrait.request import (
+    PANELS,
+    USUAL,
+    Column,
+    PortraitRequest,
+    Window,
+    load_portrait,
+)
 from nlds_vines.portrait.result import Portrait, portrait_in
 from nlds_vines.portrait.run import run, views_of
 
@@ -261,3 +272,102 @@ def test_the_exponents_are_those_of_the_orbit_after_the_window(here):
     curves = [line for line in panel.lines if line.get_label().startswith("$")]
     for curve, values in zip(curves, spectrum.running.T, strict=True):
         np.testing.assert_array_equal(curve.get_ydata(), values)
+
+
+@pytest.mark.parametrize(("other", "separate"), [(4.0, False), (6.0, True)])
+def test_forces_of_very_different_sizes_have_scales_of_their_own(other, separate):
+    figure = Figure()
+    row = [place_of("force", axes) for axes in figure.subplots(1, 2)]
+    for place, height in zip(row, (1.0, other), strict=True):
+        place.axes.set_ylim(0.0, height)
+    fit_forces(row)
+    assert [place.axes.get_ylim()[1] for place in row] == (
+        [1.0, other] if separate else [other, other]
+    )
+
+
+@pytest.mark.parametrize("number", [9, 10, 11, 12])
+def test_the_requests_of_the_papers_figures_state_their_assumption(number):
+    path = ROOT / "scans" / f"figure{number}.toml"
+    request = load_portrait(path)
+    assert "K = 2.5e7 N/m^1.5 assumed" in request.title
+    assert f"(Figure {number})" in request.title
+    assert all(column.system.K == 2.5e7 for column in request.columns)
+    script = path.with_suffix(".py")
+    text = printed(script, "--dry-run")
+    assert request.title in text
+    assert f"picture: figure{number}.png" in text  # to come: a dry run makes none
+
+
+def test_options_override_a_request():
+    path = ROOT / "scans" / "figure11.toml"
+    request = load_portrait(path, {"sampling": {"windows": ["5:7", (8, 9)]}, "set": {"P": 700.0}})
+    windows = [column.window for column in request.columns]
+    assert windows == [Window(5, 7), Window(8, 9)] * 2
+    assert {column.system.parameters["P"] for column in request.columns} == {700.0}
+    assert request.title == load_portrait(path).title  # that of a file stays
+    single = load_portrait(path, {"sampling": {"transient": 4, "periods": 2}})
+    assert [column.window for column in single.columns] == [Window(4, 6)] * 2
+
+
+def test_panels_stand_in_the_order_asked_for_and_need_something_to_show():
+    request = request_of("tmd", panels=["spectrum", "force", "energy"])
+    assert request.panels == ("spectrum", "energy")
+    assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
+    for panel in ("force", "impact-section"):
+        with pytest.raises(RequestError, match=f"{panel} cannot be filled for kind 'tmd'"):
+            request_of("tmd", panels=[panel])
+
+
+@pytest.mark.parametrize(
+    ("panels", "words"),
+    [
+        (["force"], "unknown panel of a column 'force'"),
+        (["forces"], "unknown panels 'forces'"),
+        ([], "empty"),
+    ],
+)
+def test_a_column_fills_panels_of_its_page(panels, words):
+    column = {"window": [0, 3], "panels": panels}
+    document = {"system": "ssul-set6", "portrait": {"panels": ["phase1"]}, "column": [column]}
+    with pytest.raises(RequestError, match=words):
+        load_portrait(document)
+
+
+def test_columns_and_requests_are_checked_in_python_too():
+    column = Column(OF_KIND["tmd"], Window(0, 3), panels=("phase1",))
+    with pytest.raises(RequestError, match="'phase2' is filled by no column"):
+        PortraitRequest("a title", (column,), ("phase1", "phase2"))
+    column = Column(OF_KIND["tmd"], Window(0, 3))
+    assert PortraitRequest("a title", (column,)).signal == "x2"
+    with pytest.raises(RequestError, match="number of columns = 5"):
+        PortraitRequest("a title", (column,) * 5)
+
+
+def test_frequencies_and_phases_of_a_request():
+    # a frequency that is set in Hz is told in Hz
+    request = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"panels": ["spectrum"]}})
+    assert request.title.endswith("f = 1 Hz")
+    assert request.frequency == "Hz"
+    assert load_portrait(request.document()).hash == request.hash
+    other = load_portrait(None, {"set": {"f": 1.0}, "portrait": {"frequency": "rad/s"}})
+    assert other.title.endswith("ω = 6.28319 rad/s")
+    # the phase of a section is of the hash where it is not zero
+    plain = load_portrait("ssul-set6")
+    assert load_portrait("ssul-set6", {"portrait": {"section_phase": 0.0}}).hash == plain.hash
+    turned = load_portrait("ssul-set6", {"portrait": {"section_phase": 0.25}})
+    assert turned.hash != plain.hash
+    assert load_portrait(turned.document()).section_phase == 0.25
+
+
+def test_exponents_are_printed_when_they_are_asked_for(answer, refusal, here):
+    words = ("portrait", "--set", "omega=7.38", "--transient", "200", "--periods", "4")
+    lines = answer(*words, "--panels", "relative", "--exponents", "64").splitlines()
+    (line,) = (line for line in lines if "Lyapunov exponents [1/s] " in line)
+    values = [float(part.split()[-3]) for part in line.split("; ") if " +- " in part]
+    assert len(values) == 4
+    assert sum(values) == pytest.approx(-1.35, abs=0.01)
+    assert "; mean divergence -1.34999" in line
+    assert line.endswith("; averages over 64 forcing periods, 54.4883 s")
+    line = refusal(*words, "--exponents", "15")
+    assert "--exponents = 15 must be a whole number from 16 to 10000000" in line

@@ -193,12 +193,16 @@ def test_without_censoring_it_is_the_share_that_is_left():
     assert law.high == pytest.approx(-np.log(0.025) / 11)
 
 
-def test_the_rate_is_deaths_over_exposure_beyond_the_delay():
+def test_the_rate_is_deaths_over_exposure_beyond_the_delay_and_shares_have_wilsons_interval():
     law = decay([1.0, 4.0, 6.0, 10.0], [True, True, True, False], delay=3.0)
     assert (law.ended, law.exposure) == (2, 11.0)
     assert law.rate == pytest.approx(2 / 11)
     # of a Poisson count of 2, textbook: 0.2422 to 7.2247
     assert (11 * law.low, 11 * law.high) == pytest.approx((0.2422, 7.2247), abs=1e-4)
+    # Wilson's interval
+    # Newcombe (1998), table I
+    assert share_interval(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
+    assert share_interval(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
 
 
 @pytest.mark.parametrize("watched", [50.0, 200.0, 2000.0])
@@ -222,12 +226,6 @@ def test_the_curve_covers_a_known_one():
         place = np.searchsorted(curve.times, 60.0) - 1
         covered += curve.low[place] <= np.exp(-0.6) <= curve.high[place]
     assert 0.92 <= covered / 300 <= 0.98
-
-
-def test_wilsons_interval():
-    # Newcombe (1998), table I
-    assert share_interval(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
-    assert share_interval(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -282,20 +280,34 @@ def newton_basins(size, roots):
     return np.argmin(np.abs(z[..., np.newaxis] - roots), axis=-1)
 
 
-def test_a_straight_boundary_has_exponent_one():
+def test_exponents_and_entropies_of_straight_and_fractal_boundaries():
+    # a straight boundary has exponent one
     exponent = uncertainty_exponent(half_planes(800))
     assert exponent.exponent == pytest.approx(1.0, abs=0.005)
     assert abs(exponent.exponent - 1.0) < 3 * exponent.error
     assert exponent.distances.tolist() == [1, 2, 4, 8, 16, 32, 64]
     # of the pairs in rows as many differ as the boundary is wide, in columns 0.37 of these at most
     assert exponent.shares[3] == pytest.approx(8 * exponent.shares[0], rel=0.01)
-
-
-def test_a_fractal_boundary_has_the_exponent_of_its_dimension():
+    # a fractal one has the exponent of its dimension
     exponent = uncertainty_exponent(tent_basins(3**8, 2056))
     expected = 1 - np.log(2) / np.log(3)
     assert exponent.exponent == pytest.approx(expected, abs=0.02)
     assert abs(exponent.exponent - expected) < 3 * exponent.error < 0.05
+    # the entropy of a straight one is below ln 2
+    plane = np.zeros((400, 400), np.int64)
+    plane[:, 190:] = 7  # parts the boxes of the tenth column of boxes in halves
+    entropy = basin_entropy(plane)
+    assert (entropy.boxes, entropy.boundary_boxes) == (400, 20)
+    assert entropy.boundary == pytest.approx(np.log(2))
+    assert entropy.basin == pytest.approx(np.log(2) / 20)
+    slanted = basin_entropy(half_planes(800))
+    assert 0.3 < slanted.boundary < np.log(2)
+    assert not slanted.fractal
+    # one of eight basins at once is seen to be fractal
+    plane = newton_basins(600, roots=8)
+    assert basin_entropy(plane).boundary > np.log(2)
+    assert basin_entropy(plane).fractal
+    assert 0.0 < uncertainty_exponent(plane).exponent < 0.9
 
 
 def test_riddled_basins_and_one_basin():
@@ -310,25 +322,6 @@ def test_riddled_basins_and_one_basin():
     assert np.isnan(basin_entropy(plane).boundary)
     assert basin_entropy(plane).basin == 0.0
     assert np.isnan(uncertainty_exponent(plane).exponent)
-
-
-def test_entropy_of_a_straight_boundary_is_below_ln_2():
-    plane = np.zeros((400, 400), np.int64)
-    plane[:, 190:] = 7  # parts the boxes of the tenth column of boxes in halves
-    entropy = basin_entropy(plane)
-    assert (entropy.boxes, entropy.boundary_boxes) == (400, 20)
-    assert entropy.boundary == pytest.approx(np.log(2))
-    assert entropy.basin == pytest.approx(np.log(2) / 20)
-    slanted = basin_entropy(half_planes(800))
-    assert 0.3 < slanted.boundary < np.log(2)
-    assert not slanted.fractal
-
-
-def test_a_boundary_of_eight_basins_at_once_is_seen_to_be_fractal():
-    plane = newton_basins(600, roots=8)
-    assert basin_entropy(plane).boundary > np.log(2)
-    assert basin_entropy(plane).fractal
-    assert 0.0 < uncertainty_exponent(plane).exponent < 0.9
 
 
 def test_unknown_cells_count_nowhere():

@@ -672,7 +672,7 @@ def test_a_png_has_200_dots_per_inch_and_the_dots_of_a_pdf_are_an_image(tmp_path
     assert b"/Subtype /Image" in content
 
 
-def test_bad_requests_are_one_line_and_leave_nothing_behind(tmp_path, usual):
+def test_bad_requests_and_an_interrupt_leave_nothing_behind(tmp_path, usual, monkeypatch):
     with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
         PICTURE.save(usual, tmp_path / "a.gif")
     with pytest.raises(RequestError, match="cannot write"):
@@ -680,9 +680,7 @@ def test_bad_requests_are_one_line_and_leave_nothing_behind(tmp_path, usual):
     with pytest.raises(RequestError, match="no such file"):
         PICTURE.save(tmp_path / "absent.h5", tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_interrupted_picture_leaves_the_old_one(tmp_path, usual, monkeypatch):
+    # an interrupted picture leaves the old one
     old = tmp_path / "a.png"
     old.write_bytes(b"old")
 

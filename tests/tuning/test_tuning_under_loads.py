@@ -287,7 +287,7 @@ def test_a_draw_above_the_middle_is_larger_also_of_a_negative_value(relative, sp
     assert one.at(-2.0, np.array([-1.0, 0.0, 1.0])) == pytest.approx([-2.1, -2.0, -1.9], rel=1e-15)
 
 
-def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_failed():
+def test_a_design_is_judged_by_mean_or_quantile_of_the_worst_case_in_each_draw():
     draws = np.array([9.0, 1, 2, 3, 4, 5, 6, 7, 8])  # the first as given
     fine = np.column_stack([draws, 10 * draws, np.full(9, OK), draws % 3])
     failed = fine.copy()
@@ -299,9 +299,7 @@ def test_a_design_is_judged_by_mean_or_quantile_and_nothing_is_made_of_what_fail
     assert by_quantile[:, 0].tolist() == [6, 7]
     assert by_quantile[:, 2].tolist() == [OK, OK]
     assert np.array_equal(over_draws(fine[np.newaxis, :1], None, 0.9), fine[:1])
-
-
-def test_the_worst_case_is_found_in_each_draw():
+    # the worst case is found in each draw
     values = np.array([[[1.0, 5.0], [7.0, np.nan], [2.0, 1.0]]])
     plain = np.zeros(values.shape)
     worst_case = worst(Outcome(values, 10 * values, np.full(values.shape, OK), plain))

@@ -133,7 +133,7 @@ def guess(motion: Motion, point: Point, sigma: np.ndarray) -> Guess:
 
     run = solve_ivp(
         with_matrix, (touch, touch + 1.0), np.concatenate((state, np.eye(4).ravel())),
-        events=crossing(motion, -1.0), dense_output=True, **STEPS,
+        events=crossing(motion, -1.0, ends=False), dense_output=True, **STEPS,
     )  # fmt: skip
     length = float(run.t_events[0][0]) - touch
     vector, growth, theta = vector_of(run.y[4:, -1].reshape(4, 4).T, point.kind)
@@ -154,14 +154,17 @@ def guess(motion: Motion, point: Point, sigma: np.ndarray) -> Guess:
     )
 
 
-def crossing(motion: Motion, direction: float) -> Callable[[float, np.ndarray], float]:
-    """Return the depth as an event of `solve_ivp`: touch (direction 1) or release (-1)."""
+def crossing(motion: Motion, direction: float, ends: bool) -> Callable[[float, np.ndarray], float]:
+    """Return the depth as an event of `solve_ivp`, which ends a piece or does not.
+
+    A touch has the direction 1, a release -1.
+    """
 
     def depth(s: float, y: np.ndarray) -> float:
         return float(motion.depth(y[:4]))
 
     depth.direction = direction  # type: ignore[attr-defined]
-    depth.terminal = direction > 0.0  # type: ignore[attr-defined]
+    depth.terminal = ends  # type: ignore[attr-defined]
     return depth
 
 
@@ -169,7 +172,7 @@ def first_touch(motion: Motion, state: np.ndarray, omega: float) -> tuple[float,
     """Return s and state of the first touch of a motion that begins with `state` at s = 0."""
     run = solve_ivp(
         lambda s, y: motion.rate(np.asarray(s), y, omega, True), (0.0, 2.0), state,
-        events=crossing(motion, 1.0), **STEPS,
+        events=crossing(motion, 1.0, ends=True), **STEPS,
     )  # fmt: skip
     return float(run.t[-1]), run.y[:, -1]
 

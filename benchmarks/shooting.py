@@ -8,13 +8,12 @@ method, and its test function is computed; a straight line through both tells wh
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.boundary_values import Motion
+from benchmarks.boundary_values import Motion, crossing
 
 BESIDE = 1.0e-7
 """How far beside a point orbits are closed, relative to the number that is held there."""
@@ -40,7 +39,7 @@ def shot(motion: Motion, state: np.ndarray, omega: float, n: int) -> tuple[np.nd
     s, y = 0.0, np.concatenate((state, np.eye(4).ravel()))
     closed = bool(motion.depth(state) > 0.0)
     while s < n:
-        event = _crossing(motion, -1.0 if closed else 1.0)
+        event = crossing(motion, -1.0 if closed else 1.0, ends=True)
 
         def rate(s: float, y: np.ndarray, closed: bool = closed) -> np.ndarray:
             columns = y[4:].reshape(4, 4)
@@ -52,17 +51,6 @@ def shot(motion: Motion, state: np.ndarray, omega: float, n: int) -> tuple[np.nd
         s, y = float(run.t[-1]), run.y[:, -1]
         closed = closed != bool(run.t_events[0].size)
     return y[:4], y[4:].reshape(4, 4)
-
-
-def _crossing(motion: Motion, direction: float) -> Callable[[float, np.ndarray], float]:
-    """Return the depth as an event that ends a piece: a touch (1) or a release (-1)."""
-
-    def depth(s: float, y: np.ndarray) -> float:
-        return float(motion.depth(y[:4]))
-
-    depth.direction = direction  # type: ignore[attr-defined]
-    depth.terminal = True  # type: ignore[attr-defined]
-    return depth
 
 
 def test_of(kind: str, matrix: np.ndarray) -> float:

@@ -98,10 +98,16 @@ def softer_alone(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndar
     return (simple if hard else motion)(system, omega)
 
 
-def simple(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return T,1 everywhere."""
-    one = np.ones(omega.size, int)
-    return one, one, np.full(omega.size, "T,1", object)
+def everywhere(n: int, k: int, label: str) -> Callable[..., tuple[np.ndarray, ...]]:
+    """Return a function whose period, impacts and label are the same at all frequencies."""
+
+    def alike(system: System, omega: np.ndarray) -> tuple[np.ndarray, ...]:
+        return np.full(omega.size, n), np.full(omega.size, k), np.full(omega.size, label, object)
+
+    return alike
+
+
+simple = everywhere(1, 1, "T,1")
 
 
 def chaos_around(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -121,22 +127,6 @@ def flat(system: System) -> float:
 def better_design(system: System) -> float:
     """Return a much lower energy, the lower the less damping."""
     return (0.005 if system.kind == "ssvi-b" else 0.1) * flat(system) * system.parameters["c2"] / 50
-
-
-def worse_design(system: System) -> float:
-    """Return much more energy, so that no design is as good as the printed ones."""
-    return 2 * flat(system)
-
-
-def without_impacts(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return motion without any impact, everywhere."""
-    return np.ones(omega.size, int), np.zeros(omega.size, int), np.full(omega.size, "T,0", object)
-
-
-def without_period(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return motion without a period, everywhere."""
-    none = np.zeros(omega.size, int)
-    return none, none + 7, np.full(omega.size, "6T,7", object)
 
 
 @dataclass(frozen=True)
@@ -163,7 +153,19 @@ class MadeUp:
         """Return the invented data of a curve."""
         scan = scan_of(requests()[figure], name)
         parameters = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
-        return _invented(self, figure, scan, scan.system.with_(**parameters))
+        system = scan.system.with_(**parameters)
+        axes = {axis.name: axis.values for axis in scan.axes}
+        if "omega" not in axes:
+            zero = np.zeros(scan.shape, int)
+            return Data(system, axes, {"E1max": _map(self.design, figure), "violations": zero})
+        if len(axes) == 1:
+            return Data(system, axes, _along(self, system, axes["omega"]))
+        second = scan.axes[1]
+        rows = [
+            _along(self, system.with_(**{second.name: value}), axes["omega"])
+            for value in second.values.tolist()
+        ]
+        return Data(system, axes, {key: np.stack([row[key] for row in rows], 1) for key in rows[0]})
 
     def motions(self, figure: str) -> list[Motion]:
         """Return the invented motions of a portrait."""
@@ -186,21 +188,6 @@ def _map(design: Any, figure: str) -> np.ndarray:
             for a in first.values
         ]
     )
-
-
-def _invented(world: MadeUp, figure: str, scan: Scan, system: System) -> Data:
-    axes = {axis.name: axis.values for axis in scan.axes}
-    if "omega" not in axes:
-        zero = np.zeros(scan.shape, int)
-        return Data(system, axes, {"E1max": _map(world.design, figure), "violations": zero})
-    if len(axes) == 1:
-        return Data(system, axes, _along(world, system, axes["omega"]))
-    second = scan.axes[1]
-    rows = [
-        _along(world, system.with_(**{second.name: value}), axes["omega"])
-        for value in second.values.tolist()
-    ]
-    return Data(system, axes, {key: np.stack([row[key] for row in rows], 1) for key in rows[0]})
 
 
 def _along(world: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.ndarray]:
@@ -254,20 +241,10 @@ def motion_in(
     """
     points = np.tile(np.arange(12.0).reshape(3, 4), (80, 1)) if section is None else section
     return Motion(
-        system=system,
-        label=label,
-        forces=np.array(forces),
-        durations=np.full(len(forces), duration),
-        section=points,
-        least=-0.07,
-        greatest=greatest,
+        system=system, label=label, forces=np.array(forces),
+        durations=np.full(len(forces), duration), section=points, least=-0.07, greatest=greatest,
         breadths=dict.fromkeys(("x2", "force"), Breadth(3, share, bins, 1000)),
-    )
-
-
-def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Path:
-    """Write an archive of a scan that holds these numbers for its one start."""
-    return archived(path, scan, _filled(scan, numbers))
+    )  # fmt: skip
 
 
 def write_curves(
@@ -300,7 +277,7 @@ def write_figure(folder: Path, short: str, evidence: Any) -> Path:
     numbers = [evidence(short, name).numbers for name in request.scans]
     path = folder / request.archive
     if isinstance(request.computed, Scan):
-        return write_archive(path, request.computed, *numbers)
+        return archived(path, request.computed, _filled(request.computed, *numbers))
     return write_curves(path, request.computed, numbers)
 
 
@@ -313,3 +290,83 @@ def _filled(scan: Scan, numbers: dict[str, np.ndarray]) -> dict[str, np.ndarray]
         elif name == "status":
             array[...] = 0
     return arrays
+
+
+# ---- worlds: in some a claim of the paper holds, in others it does not ---------------------------
+
+
+def rising(system, omega):
+    return omega + 40 * len(system.name) - system.parameters.get("c2", 300) * 0.1
+
+
+def better(system, omega):
+    """Return the published energies where the program agrees, others where it contradicts."""
+    p = system.parameters
+    if p.get("k2") == 2083:
+        return published(system, omega) * 5
+    if system.kind == "ssul":
+        return published(system, omega) * 0.8
+    if system.kind == "tmd" and p["k1"] < TUNED_K1:
+        return published(system, omega) * (1 + 1.5 * (1 - p["k1"] / TUNED_K1))
+    return published(system, omega)
+
+
+def unlike(system, omega):
+    """Return energies of dampers that differ from one another and from the paper."""
+    p, base = system.parameters, published(system, omega)
+    if system.kind == "none":
+        return base + omega
+    stiffer = p["k1"] / TUNED_K1
+    return base * (0.2 + 3 * (stiffer - 1) * (system.kind == "ssbl") + (system.kind == "ssul"))
+
+
+def all_different(system, omega):
+    """Return energies that differ from each parameter set to the next."""
+    spread = 1 + 40 * (system.parameters.get("C", 0.03) - 0.03) * (system.kind == "ssul")
+    return published(system, omega) * spread
+
+
+def unchanging(system, omega):
+    """Return energies that no change of the structure or force changes, alike in all dampers."""
+    tuned = {"m1": 1000.0, "k1": TUNED_K1, "c1": 452.0, "P": 800.0, "omega": 6.28}
+    shares = {"none": 1.0, "tmd": 0.42, "ssbl": 0.4}
+    return published(System("none", tuned), omega) * shares.get(system.kind, 0.35)
+
+
+CONTRARY = {"k1": (4.0, 1.3, 1.2), "c1": (3.0, 2.0, 1.4), "P": (1.4, 2.0, 3.0)}
+"""By what the energies of SSul NES, SSbl NES and TMD grow when one parameter changes."""
+
+
+def contrary(system, omega):
+    """Return energies that every change makes higher, and the printed surface highest."""
+    p = system.parameters
+    base = bell(omega, 1500, 6.28) + 10
+    if system.kind == "none":
+        return base
+    tuned = {"k1": TUNED_K1, "c1": 452.0, "P": 800.0}
+    kind = ("ssul", "ssbl", "tmd").index(system.kind)
+    growth = np.prod([f[kind] for key, f in CONTRARY.items() if p[key] != tuned[key]])
+    share = (p["C"] - 0.02) * 12 if system.kind == "ssul" else 0.3
+    return base * share * growth * (1 - 0.1 * abs(np.log10(p.get("E2", 2.05e7) / 2.05e7)))
+
+
+RESULTS = {
+    "unchanging": made_up(unchanging, damper=20, regimes=simple),
+    "contrary": made_up(contrary, regimes=restless, design=better_design, reduction=-0.5),
+    "chaos": made_up(regimes=chaos_around),
+    "all_different": made_up(all_different),
+    "published": made_up(),
+    "better designs": made_up(design=better_design),
+    "worse designs": made_up(design=lambda system: 2 * flat(system)),
+    "restless": made_up(regimes=restless),
+    "other orbits": made_up(orbits=unlike_published, walls=0.0, reduction=-0.5),
+    "better": made_up(better),
+    "rising": made_up(rising, damper=0.01, reduction=-0.5),
+    "unlike": made_up(unlike, damper=0.01),
+    "without impacts": made_up(regimes=everywhere(1, 0, "T,0")),
+    "without period": made_up(regimes=everywhere(0, 7, "6T,7")),
+    "spoiled": made_up(regimes=everywhere(0, 7, "6T,7"), reduction=-0.5),
+    "in turns": made_up(regimes=in_turns),
+    "other K": made_up(regimes=softer_alone),
+    "heavy": made_up(m2=160.0, k2=1e8),
+}

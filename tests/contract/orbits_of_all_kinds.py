@@ -21,6 +21,13 @@ ALL = ["section", "impacts", "energy", "peak", "regime", "lyapunov", "settling",
 SAMPLING = {"transient": 200, "periods": 60}
 RANDOM = {"policy": "random", "count": 2, "seed": 3}
 
+SSUL = {
+    "system": "ssul-set6",
+    "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
+    "set": {"K": 2.5e7},
+    "start": {"policy": "both"},
+}
+
 # Each with periodic and chaotic orbits, as far as the scene has them.
 CASES = {
     "two walls": {
@@ -29,31 +36,16 @@ CASES = {
         "start": RANDOM,
         "record": {"want": [*ALL, "clearance"]},
     },
-    "usual": {  # the scene and records of most tests
-        "system": "ssul-set6",
-        "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
-        "set": {"K": 2.5e7},
-        "start": {"policy": "both"},
-        "record": {"want": ["section", "impacts", "energy", "regime"]},
-    },
-    "one wall": {
-        "system": "ssul-set6",
-        "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
-        "set": {"K": 2.5e7},
-        "start": {"policy": "both"},
-        "record": {"want": [*ALL, "clearance"]},
-    },
+    # the scene and records of most tests
+    "usual": {**SSUL, "record": {"want": ["section", "impacts", "energy", "regime"]}},
+    "one wall": {**SSUL, "record": {"want": [*ALL, "clearance"]}},
     "fixed steps": {
-        "system": "ssul-set6",
+        **SSUL,
         "vary": {"omega": {"values": [6.28, 7.4, 7.575]}},
-        "set": {"K": 2.5e7},
         "start": RANDOM,
         "sampling": {
-            "transient": 100,
-            "periods": 30,
-            "effort": "quick",
-            "method": "rk4",
-            "period_steps": 128,
+            **{"transient": 100, "periods": 30, "effort": "quick"},
+            **{"method": "rk4", "period_steps": 128},
         },
         "record": {"want": ALL},
     },

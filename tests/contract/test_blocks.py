@@ -74,7 +74,7 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path):
     assert os.listdir(path.parent) == [path.name]
 
 
-def test_resume_of_a_complete_archive_has_nothing_to_do(path):
+def test_resume_of_a_complete_archive_has_nothing_to_do_and_of_a_damaged_one_is_refused(path):
     write(path, make_scan())
     before = path.read_bytes()
     store = Blocks(path, make_scan())
@@ -82,11 +82,7 @@ def test_resume_of_a_complete_archive_has_nothing_to_do(path):
     assert computed(path, make_scan(), resume=True) == []
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == [path.name]
-
-
-def test_resume_of_a_damaged_archive_is_refused(path):
-    write(path, make_scan())
-    path.write_bytes(path.read_bytes()[:3000])
+    path.write_bytes(before[:3000])
     with pytest.raises(RequestError, match=r"cannot be opened.*damaged"):
         write(path, make_scan(), resume=True)
 
@@ -145,9 +141,6 @@ def test_a_file_of_somebody_else_in_the_folder_stays(path):
     notes.write_text("of the user")
     assert computed(path, scan, resume=True) == [2]
     assert notes.read_text() == "of the user"
-
-
-# ---- damage --------------------------------------------------------------------------------------
 
 
 def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsys):

@@ -208,12 +208,6 @@ def compiled_in(folder):
     return list(folder.rglob("*.compiled"))
 
 
-def test_the_users_cache_is_taken_without_a_word(blocked, tmp_path):
-    assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
-    assert compiled_in(tmp_path / "home")
-    assert not compiled_in(tmp_path / "tmp")
-
-
 def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
     err = blocked("/dev/null", tmp_path / "tmp")
     assert err.count("\n") == 1
@@ -243,10 +237,12 @@ tempfile.gettempdir = lambda: "/dev/null"
 
 
 @pytest.mark.slow("six processes that load the compiler")
-def test_a_damaged_file_of_the_cache_heals_itself(blocked, tmp_path):
+def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, tmp_path):
     """In all ways, what is compiled for `BLOCKED`; another test has inner kernels, too."""
     home = tmp_path / "home"
     assert blocked(home, tmp_path / "tmp") == ""
+    assert compiled_in(home)
+    assert not compiled_in(tmp_path / "tmp")
     sound = {path: path.read_bytes() for path in compiled_in(home)}
     for way in DAMAGES:
         for path in sound:

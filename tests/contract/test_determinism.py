@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import printed
+from made_up import arrays
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import blocks as cutting
@@ -59,11 +60,6 @@ def bits(path):
     return plain | words
 
 
-def arrays(path):
-    with nv.read(path) as archive:
-        return {name: archive[name] for name in archive.names}
-
-
 @pytest.fixture(autouse=True)
 def _pieces(monkeypatch):
     """Let every lane be a piece, however short: the threads then take turns."""
@@ -102,10 +98,8 @@ def test_the_orbits_compared_are_not_all_alike(tmp_path):
     bits = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
     assert np.isfinite(bits["section"]).all()
     assert len(np.unique(bits["section"][..., -1, 0])) == bits["status"].size
-    up, down = (
-        arrays(nv.scan(document(start=start), to=tmp_path / f"{start}.h5"))
-        for start in ("up", "down")
-    )
+    paths = [nv.scan(document(start=way), to=tmp_path / f"{way}.h5") for way in ("up", "down")]
+    up, down = map(arrays, paths)
     assert not np.array_equal(up["section"], down["section"])
 
 
@@ -229,12 +223,10 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(
         numbers = "label" not in name
         assert np.array_equal(beside[name][:-1], alone[name], equal_nan=numbers), name
         assert np.array_equal(beside[name], apart[name], equal_nan=numbers), name
-    assert np.isnan(beside["section"][-1]).all()
-    assert np.isnan(beside["E1max"][-1]).all()
-    assert np.isnan(beside["impact_rate"][-1]).all()
-    assert set(beside["label"][-1]) == {"failed"}
-    assert set(beside["impact_count"][-1]) == {-1}
-    assert set(beside["periodicity"][-1]) == {0}
+    for name in ("section", "E1max", "impact_rate"):
+        assert np.isnan(beside[name][-1]).all(), name
+    for name, value in (("label", "failed"), ("impact_count", -1), ("periodicity", 0)):
+        assert set(beside[name][-1]) == {value}, name
 
 
 def test_failed_lanes_give_status_1_and_a_remedy(here, ask):

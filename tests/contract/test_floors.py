@@ -128,18 +128,12 @@ def test_what_breaks_a_rule_is_caught(copy):
         file.write(
             "\n\n\n\nclass A:\n    def method(self, a, b, c, d, e, f, g, h):\n        return a\n"
         )
-    assert too_wide(copy) == [
-        "kernels.scene.scene.wide",
-        "runs.executors.method",
-        "runs.interrupts.broad",
-    ]
+    wide = ["kernels.scene.scene.wide", "runs.executors.method", "runs.interrupts.broad"]
+    assert too_wide(copy) == wide
     with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
         file.write("\n\nX = 1\nHUGE = 2\n")
     parsed.cache_clear()
     assert repeated_constants(copy) == {"SORTS", "X", "HUGE"}
-
-
-# ---- names ---------------------------------------------------------------------------------------
 
 
 def used_twice(package):
@@ -153,9 +147,6 @@ def test_names_are_used_once_and_functions_take_few_parameters():
     assert repeated_constants(PACKAGE) == {"SORTS"}  # of each law
 
 
-# ---- functions -----------------------------------------------------------------------------------
-
-
 def too_wide(package):
     return [
         name
@@ -164,20 +155,15 @@ def too_wide(package):
     ]
 
 
-@pytest.mark.parametrize("path", MODULES.values(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_module_has_a_docstring(path):
-    assert ast.get_docstring(parsed(path))
-
-
-@pytest.mark.parametrize("name", nlds_vines.__all__)
-def test_every_public_name_has_a_docstring(name):
-    value = getattr(nlds_vines, name)
-    if isinstance(value, type) or inspect.isroutine(value):
-        assert value.__doc__, name
-    members = vars(value).items() if isinstance(value, type) else ()
-    for member, part in members:
-        if member[0] != "_" and (inspect.isfunction(part) or isinstance(part, property)):
-            assert part.__doc__, f"{name}.{member}"
+def test_every_module_and_every_public_name_has_a_docstring():
+    assert all(ast.get_docstring(parsed(path)) for path in MODULES.values())
+    for name in nlds_vines.__all__:
+        value = getattr(nlds_vines, name)
+        if isinstance(value, type) or inspect.isroutine(value):
+            assert value.__doc__, name
+        for member, part in vars(value).items() if isinstance(value, type) else ():
+            if member[0] != "_" and (inspect.isfunction(part) or isinstance(part, property)):
+                assert part.__doc__, f"{name}.{member}"
 
 
 @pytest.mark.parametrize("folder", sorted({path.parent for path in MODULES.values()} - {PACKAGE}))
@@ -197,11 +183,7 @@ TYPES = {"kernels.numerics.fours"}
 """Modules that teach the compiler a type: neither kernels themselves nor a way to compile one."""
 
 
-COMPILING = {
-    "kernels.numerics.compiling",
-    "kernels.numerics.deciding",
-    "kernels.numerics.stored_code",
-}
+COMPILING = {f"kernels.numerics.{name}" for name in ("compiling", "deciding", "stored_code")}
 """Modules on how kernels are compiled, and kept."""
 
 CHOOSING = {"kernels.scene.by_law"}
@@ -216,14 +198,13 @@ def test_kernels_know_numbers_only(name):
     imported = imports(MODULES[name], PACKAGE)
     outside = {full.split(".")[0] for full in imported} - {"nlds_vines", "__future__"}
     if name not in COMPILING:
-        of_types = (
-            {"orbits.simulation", "collections", "llvmlite", "operator"}
-            if name in TYPES | CHOOSING
-            else set()
-        )
+        allowed = {"numba", "numpy", "math", "typing"}
+        if name in TYPES | CHOOSING:
+            allowed |= {"orbits.simulation", "collections", "llvmlite", "operator"}
         if name in PREPARED:
-            of_types = {"orbits.simulation", "collections", "dataclasses", "functools", "itertools"}
-        assert outside <= {"numba", "numpy", "math", "typing"} | of_types
+            allowed |= {"orbits.simulation", "collections", "dataclasses"}
+            allowed |= {"functools", "itertools"}
+        assert outside <= allowed
     if name != "kernels.numerics.stored_code":
         tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
         assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
@@ -241,13 +222,8 @@ def test_each_library_has_its_home():
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.archive"}
     assert who_imports("distributed") == {"bifurcation.cluster"}
-    types = {
-        "orbits.simulation",
-        "bifurcation.result",
-        "loads.response_spectrum",
-        "plotting.drawable",
-        "upkeep.plot",
-    }  # only the type of a figure
+    types = {"orbits.simulation", "bifurcation.result", "loads.response_spectrum"}
+    types |= {"plotting.drawable", "upkeep.plot"}  # only the type of a figure
     importers = who_imports("matplotlib") - types
     homes = ("plotting.", "bifurcation.picture.", "portrait.")
     assert importers

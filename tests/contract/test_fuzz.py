@@ -90,8 +90,6 @@ def assert_none_is_broken(here, seed, question):
     assert not wrong, "\n".join(wrong)
 
 
-# ---- command lines -------------------------------------------------------------------------------
-
 USUAL = {
     "report": ["a.h5", "-o", "p.html"], "rerun": ["a.h5", "-o", "r.h5", "--dry-run"],
     "export": ["a.h5", "-o", "c.csv"], "plot": ["a.h5", "--show", "?"],
@@ -122,8 +120,6 @@ def test_no_command_line_breaks_the_rule(here):
     write(here / "a.h5", make_scan(("energy", "regime"), vary=MAP))
     assert_none_is_broken(here, 1, line)
 
-
-# ---- request files -------------------------------------------------------------------------------
 
 FILES = sorted((Path(__file__).parents[2] / "scans").glob("*.toml"))
 READERS = ("bifurcation", "portrait", "tuning", "continuation", "response-curves")
@@ -171,8 +167,6 @@ def test_no_request_breaks_the_rule(here):
     assert_none_is_broken(here, 2, question)
 
 
-# ---- Python --------------------------------------------------------------------------------------
-
 ODD = (
     *VALUES, b"bytes", (), (1, 2), {1: 2}, set(), range(3), object(), len, int, 1j, np.float64(1),
     np.zeros(3), np.zeros((2, 2)), np.array(["a"]), "ssul-set6", "a.h5", "/", ("a", "b", "c"),
@@ -212,8 +206,6 @@ def test_no_call_breaks_the_rule(here):
     write(here / "a.h5", make_scan(("energy", "regime"), vary=MAP))
     assert_none_is_broken(here, 4, call)
 
-
-# ---- what a browser sends ------------------------------------------------------------------------
 
 CALLBACKS = ("press", "set_value", "slide", "choose", "choose_history", "refine")
 

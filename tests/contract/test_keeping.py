@@ -206,9 +206,6 @@ def test_a_verdict_makes_smaller_blocks():
     assert cells[1] < cells[0]
 
 
-# ---- where it comes from -------------------------------------------------------------------------
-
-
 def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
     def git(*arguments):
         settings = ["-c", "user.name=n", "-c", "user.email=e", "-C", str(tmp_path)]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from commands import contents
 from made_up import make_scan, write
 
 import nlds_vines as nv
@@ -30,13 +31,6 @@ def here(archive, here):
     return here
 
 
-def everything(here):
-    return {
-        str(path.relative_to(here)): None if path.is_dir() else path.read_bytes()
-        for path in here.rglob("*")
-    }
-
-
 WRITERS = {  # what writes a file that is no archive: the command, and the file's name in its place
     "report": ["report", "a.h5", "-o", "{}.html"],
     "plot": ["plot", "a.h5", "-o", "{}.png"],
@@ -58,9 +52,9 @@ def named(command, stem):
 
 def refused(here, capsys, arguments):
     """The line of an error with which a command refuses; it changes nothing."""
-    before = everything(here)
+    before = contents(here)
     assert console(arguments) == 2, arguments
-    assert everything(here) == before
+    assert contents(here) == before
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
     return err
@@ -85,11 +79,9 @@ def test_an_archive_is_never_replaced_by_anything_else(here, capsys, writer):
     assert "it is an archive" in refused(here, capsys, [*command, "--overwrite"])
 
 
-@pytest.mark.parametrize("writer", ["report"])
-def test_nothing_but_an_archive_takes_the_name_of_one(here, capsys, writer):
-    *command, _ = WRITERS[writer]
+def test_nothing_but_an_archive_takes_the_name_of_one(here, capsys):
     for name in ("new.h5", "new.hdf5", "new.NC"):
-        err = refused(here, capsys, [*command, name, "--overwrite"])
+        err = refused(here, capsys, ["report", "a.h5", "-o", name, "--overwrite"])
         assert "such a name is for archives alone" in err
 
 
@@ -104,16 +96,12 @@ def test_a_file_that_is_read_only_is_not_replaced_although_that_is_asked(here, c
 @pytest.mark.parametrize("command", ARCHIVERS)
 def test_a_dry_run_refuses_what_the_run_would(here, capsys, monkeypatch, command):
     assert "exists" in refused(here, capsys, [command, "-o", "a.h5", "--dry-run"])
-    other = refused(
-        here, capsys, [command, "-o", "a.h5", "--dry-run", "--resume", "--plot", "n.png"]
-    )
-    assert "--resume cannot continue it" in other
+    resumed = [command, "-o", "a.h5", "--dry-run", "--resume", "--plot", "n.png"]
+    assert "--resume cannot continue it" in refused(here, capsys, resumed)
+    glob, begun = Path.glob, [command, "-o", "begun.h5", "--dry-run"]
     with monkeypatch.context() as patch:
-        glob = Path.glob
-        patch.setattr(
-            Path, "glob", lambda *a: iter([here / "0.npz"]) if a[1] == "*.npz" else glob(*a)
-        )
-        begun = [command, "-o", "begun.h5", "--dry-run"]
+        block = [here / "0.npz"]
+        patch.setattr(Path, "glob", lambda *a: iter(block) if a[1] == "*.npz" else glob(*a))
         assert "holds an unfinished run: --resume goes on" in refused(here, capsys, begun)
 
 
@@ -158,9 +146,6 @@ def test_a_start_that_is_no_label_is_refused_before_anything_is_computed(here, c
     for word in ("banana", "chaos", "1T,1", "T1", "0T,0", "T,01"):
         err = refused(here, capsys, ["continuation", "-o", "n.h5", "--from", word])
         assert "the label of a periodic orbit, such as 3T,3" in err
-
-
-# ---- temporary files -----------------------------------------------------------------------------
 
 
 def test_no_temporary_file_has_a_name_that_can_be_foreseen(here, capsys):

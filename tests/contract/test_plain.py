@@ -21,7 +21,6 @@ LONG = (
     "tests/orbits/plain_repetition.py",
     "tests/kernels/plain_response.py",
     "tests/kernels/plain_exact.py",
-    "tests/property/plain_methods.py",
     "tests/kernels/plain_contact_laws.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/orbits/plain_load_flight.py",

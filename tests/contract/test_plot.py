@@ -45,13 +45,22 @@ def passing(tmp_path_factory):
     return nv.scan(scan, to=path)
 
 
-def test_the_function_returns_a_figure_and_writes_nothing(small):
+def test_a_figure_is_returned_or_drawn_into_given_axes_and_nothing_is_written(small):
     before = sorted(small.parent.iterdir())
     figure = nv.plot(small)
     assert isinstance(figure, Figure)
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
     assert nv.plot(str(small), columns=1).get_figwidth() == pytest.approx(8.4 / 2.54)
     assert sorted(small.parent.iterdir()) == before
+    # or into given axes
+    figure = Figure()
+    one, other = figure.subplots(1, 2)
+    assert nv.plot(small, "E1max", ax=other) is figure
+    assert not one.get_lines()
+    assert other.get_ylabel().endswith("[J]")
+    assert other.get_lines()
+    with pytest.raises(RequestError, match=r"'x1,x2' names several panels, axes take one of: E"):
+        nv.plot(small, "x1,x2", ax=one)
 
 
 def test_any_recorded_quantity_is_an_ordinate_in_the_order_asked_for(small):
@@ -91,17 +100,6 @@ def test_transients_are_drawn_as_their_command_does(tmp_path):
     assert nv.plot(path, "settling").axes[0].get_ylabel() == "forcing periods until settled"
     with pytest.raises(RequestError, match="unknown columns '3'"):
         nv.plot(path, columns=3)
-
-
-def test_it_draws_into_given_axes(small):
-    figure = Figure()
-    one, other = figure.subplots(1, 2)
-    assert nv.plot(small, "E1max", ax=other) is figure
-    assert not one.get_lines()
-    assert other.get_ylabel().endswith("[J]")
-    assert other.get_lines()
-    with pytest.raises(RequestError, match=r"'x1,x2' names several panels, axes take one of: E"):
-        nv.plot(small, "x1,x2", ax=one)
 
 
 def _archive(kind, folder, ask):
@@ -185,9 +183,7 @@ def test_the_command_draws_names_what_there_is_and_keeps_pictures(
     assert "E1max" in listed
     assert "[m/s]" in listed
     assert "did you mean 'x" in refusal("plot", small, "--show", "x9", "-o", tmp_path / "a.png")
-
-
-def test_an_archive_where_toml_is_wanted_is_told_the_way(small, refusal):
+    # an archive where TOML is wanted is told the way
     err = refusal("bifurcation", small, "--show", "regimes")
     assert "is an archive (HDF5)" in err
     assert "nlds-vines plot" in err
@@ -292,14 +288,7 @@ def test_ticks_stand_at_round_numbers_of_the_unit(diagram, unit, factor, words):
     assert all(len(text) <= 5 for text in texts)
 
 
-def test_panels_above_have_their_ticks_at_the_same_places(diagram):
-    figure = nv.plot(diagram, frequency="Hz")
-    figure.canvas.draw()
-    places = [tuple(f.get_xticks()) for f in figure.axes if f.lines and len(f.get_xticks())]
-    assert len(set(places)) == 1
-
-
-def test_what_has_no_such_axis_is_refused(diagram, tmp_path):
+def test_what_has_no_axis_of_the_frequency_is_refused_and_panels_share_its_ticks(diagram, tmp_path):
     with pytest.raises(RequestError, match="frequency 'kHz'"):
         nv.plot(diagram, frequency="kHz")
     path = tmp_path / "stiff.h5"
@@ -309,6 +298,11 @@ def test_what_has_no_such_axis_is_refused(diagram, tmp_path):
         nv.plot(path, frequency="Hz")
     with pytest.raises(RequestError, match="needs one frequency"):
         nv.plot(path, frequency="ratio")
+    # panels above have their ticks at the same places
+    figure = nv.plot(diagram, frequency="Hz")
+    figure.canvas.draw()
+    places = [tuple(f.get_xticks()) for f in figure.axes if f.lines and len(f.get_xticks())]
+    assert len(set(places)) == 1
 
 
 def test_a_frequency_axis_has_round_numbers_also_where_it_is_logarithmic(tmp_path):

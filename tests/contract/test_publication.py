@@ -22,15 +22,10 @@ ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 VERSION = PROJECT["project"]["version"]
 STUB = Path(nlds_vines.__path__[0], "__init__.pyi")
+FORMS = ("config", "crash", "idea", "wrong-number")
 YAML = (
-    "CITATION.cff",
-    ".readthedocs.yaml",
-    ".pre-commit-config.yaml",
-    ".github/workflows/ci.yml",
-    ".github/ISSUE_TEMPLATE/config.yml",
-    ".github/ISSUE_TEMPLATE/crash.yml",
-    ".github/ISSUE_TEMPLATE/idea.yml",
-    ".github/ISSUE_TEMPLATE/wrong-number.yml",
+    *("CITATION.cff", ".readthedocs.yaml", ".pre-commit-config.yaml", ".github/workflows/ci.yml"),
+    *(f".github/ISSUE_TEMPLATE/{name}.yml" for name in FORMS),
 )
 
 
@@ -66,12 +61,9 @@ def test_the_changelog_has_this_version_below_what_is_not_released():
     assert targets == headings
 
 
-@pytest.mark.parametrize("name", YAML)
-def test_yaml_is_well_formed(name):
-    assert isinstance(yaml_of(name), dict)
-
-
-def test_no_yaml_is_forgotten():
+def test_all_yaml_is_well_formed_and_none_is_forgotten():
+    for name in YAML:
+        assert isinstance(yaml_of(name), dict), name
     paths = [*ROOT.glob(".*.yaml"), *ROOT.glob(".github/**/*.yml"), *ROOT.glob("*.cff")]
     assert {str(path.relative_to(ROOT)) for path in paths} == set(YAML)
 
@@ -101,22 +93,17 @@ def test_the_workflow_calls_the_gate_and_hooks_and_site_are_as_told():
 def test_the_page_of_the_paper_cites_what_there_is_and_tells_no_number_of_its_own():
     page, pages = text_of("paper.md"), text_of("README.md")
     pages += "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md"))
-    assert set(re.findall(r"@(\w+)", page)) == set(
-        re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
-    )
+    known = re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
+    assert set(re.findall(r"@(\w+)", page)) == set(known)
     body = re.sub(r"\[@\w+\]", "", page.split("---\n", 2)[2])
     numbers = set(re.findall(r"(?<![\w.])\d[\d.]*(?:e-?\d+)?(?![\w])", body))
     assert len(numbers) >= 8
     for number in numbers:
         number = number.rstrip(".")
         padded = re.sub(r"e-(\d)$", r"e-0\1", number)  # as tables write it
-        assert re.search(rf"(?<![\d.])({re.escape(number)}|{re.escape(padded)})(?!\d)", pages), (
-            number
-        )
+        either = f"{re.escape(number)}|{re.escape(padded)}"
+        assert re.search(rf"(?<![\d.])({either})(?!\d)", pages), number
     assert len(page.split()) < 700  # one page
-
-
-# ---- what is shipped -----------------------------------------------------------------------------
 
 
 def test_a_source_archive_has_all_that_the_repository_has():
@@ -139,9 +126,6 @@ def test_lowest_versions_classifiers_and_addresses():
     assert f"Programming Language :: Python :: {lowest}" in project["classifiers"]
     assert PROJECT["tool"]["mypy"]["python_version"] == lowest
     assert {"Homepage", "Documentation", "Changelog", "Issues"} <= set(project["urls"])
-
-
-# ---- where it runs -------------------------------------------------------------------------------
 
 
 POSIX_ALONE = """
@@ -229,28 +213,14 @@ def test_docstrings_pass_the_lint_of_numpydoc(name):
     unasked = UNASKED | ({"PR01"} if name not in FUNCTIONS else set())  # they list attributes
     errors = validate(f"nlds_vines.{name}")["errors"]
     assert not [text for code, text in errors if code not in unasked]
+    assert name not in FUNCTIONS or ">>>" in inspect.getdoc(getattr(nv, name))
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_function_has_an_example(name):
-    assert ">>>" in inspect.getdoc(getattr(nv, name))
-
-
-def run(name, folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    thing = getattr(nv, name)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.kernels] * (n in COMPILING)) for n in NAMES]
+)
+def test_examples_run(name, here):
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
-    for example in doctest.DocTestFinder().find(thing, name, globs={}):
+    for example in doctest.DocTestFinder().find(getattr(nv, name), name, globs={}):
         runner.run(example)
     assert runner.summarize().failed == 0
-
-
-@pytest.mark.parametrize("name", [name for name in NAMES if name not in COMPILING])
-def test_examples_run(name, tmp_path, monkeypatch):
-    run(name, tmp_path, monkeypatch)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize("name", sorted(COMPILING))
-def test_examples_that_compile_run(name, tmp_path, monkeypatch):
-    run(name, tmp_path, monkeypatch)

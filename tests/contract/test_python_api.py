@@ -41,9 +41,6 @@ def path(tmp_path_factory):
     return nv.scan(SCAN, to=tmp_path_factory.mktemp("api") / "a.h5", quiet=True)
 
 
-# ---- systems -------------------------------------------------------------------------------------
-
-
 @pytest.mark.kernels
 def test_names_paths_and_systems_mean_the_same(tmp_path):
     file = tmp_path / "own.toml"
@@ -116,9 +113,6 @@ def test_pandas_and_xarray_take_an_archive(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)  # a library that is missing is named
     with pytest.raises(nv.RequestError, match=r"pandas is not installed: pip install .*\[xarray\]"):
         nv.read(path).to_dataframe()
-
-
-# ---- what objects say of themselves --------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -250,7 +244,7 @@ def test_a_scan_in_memory_leaves_no_file(here):
     assert not folder.exists()
 
 
-def test_a_file_has_what_memory_has(here):
+def test_a_file_has_what_memory_has_and_both_are_pickled_opened_and_read(here):
     named, nameless = scan(to="scan.h5"), scan()
     assert named == ArchivePath("scan.h5")
     assert os.listdir(here) == ["scan.h5"]
@@ -263,10 +257,19 @@ def test_a_file_has_what_memory_has(here):
         with pytest.raises(nv.RequestError, match="name it by to="):
             scan(**{name: True})
     assert scan(start="up").request.start.policy == "up"  # a start may be a word
-
-
-def test_an_archive_in_memory_is_read_as_its_file(here):
-    nameless = scan()
+    # both are pickled and opened
+    copy = pickle.loads(pickle.dumps(nameless))
+    assert copy != nameless
+    assert copy.to_xarray().equals(nameless.to_xarray())
+    assert pickle.loads(pickle.dumps(nv.scan)) is nv.scan
+    assert pickle.loads(pickle.dumps(nameless.request)) == nameless.request
+    assert pickle.loads(pickle.dumps(named)) == named
+    assert type(nv.open_archive("scan.h5")) is type(nameless)
+    with pytest.raises(nv.RequestError, match="no such file"):
+        nv.open_archive("no.h5")
+    with pytest.raises(nv.RequestError, match="path of a file"):
+        nv.open_archive(3)
+    # and read alike
     with nameless.read() as memory, nv.read(os.fspath(nameless)) as file:
         assert sorted(memory.names) == sorted(file.names)
         for name in (*memory.names, "omega", "component"):
@@ -349,26 +352,6 @@ def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
     assert os.listdir(here) == []
     nv.orbit_portrait("ssul-set6", to="p.png", quiet=True, **options)
     assert os.listdir(here) == ["p.png"]
-
-
-def test_results_and_requests_are_pickled(here):
-    request = scan()
-    copy = pickle.loads(pickle.dumps(request))
-    assert copy != request
-    assert copy.to_xarray().equals(request.to_xarray())
-    assert pickle.loads(pickle.dumps(nv.scan)) is nv.scan
-    assert pickle.loads(pickle.dumps(request.request)) == request.request
-    named = scan(to="scan.h5")
-    assert pickle.loads(pickle.dumps(named)) == named
-
-
-def test_an_archive_is_opened_as_what_it_holds(here):
-    scan(to="scan.h5")
-    assert type(nv.open_archive("scan.h5")) is type(scan())
-    with pytest.raises(nv.RequestError, match="no such file"):
-        nv.open_archive("no.h5")
-    with pytest.raises(nv.RequestError, match="path of a file"):
-        nv.open_archive(3)
 
 
 MOST = 6

@@ -54,20 +54,8 @@ def none(lines):
     return system(f"{NONE}omega = 1\n{lines}")
 
 
-def setting(content):
-    return table("set", content)
-
-
-def vary(content):
-    return table("vary", content)
-
-
 def omega(content):
-    return vary(f"omega = {content}")
-
-
-def title(text):
-    return GOOD.replace("good", text)
+    return table("vary", f"omega = {content}")
 
 
 # what is wrong with the file -> what the line must name
@@ -78,7 +66,7 @@ FILES = {
     "empty": ("", ["scan.toml", "no system", "ssul-set6"]),
     "unknown key": (GOOD.replace("title", "titel"), ["scan.toml", "'titel'", "'title'"]),
     "unknown table": (GOOD + "[ploting]\na = 1\n", ["'ploting'", "sampling"]),
-    "escape in a title": (title("a\\u001B[31mb"), ["title", "'\\x1b'", "control"]),
+    "escape in a title": (GOOD.replace("good", "a\\u001B[31mb"), ["title", "'\\x1b'", "control"]),
     "null in a name": (none('name = "a\\u0000b"'), ["[system]", "name", "null"]),
     "no system": (without("system"), ["scan.toml", "no system", "tmd"]),
     "unknown system": (GOOD.replace("set6", "set7"), ["'ssul-set7'", "'ssul-set6'"]),
@@ -86,21 +74,24 @@ FILES = {
     "missing parameter": (system(NONE), ["[system]", "missing: omega"]),
     "foreign parameter": (none("k2 = 1\n"), ["'none'", "'k2'"]),
     "parameter in two places": (none("[system.parameters]\nm1 = 2"), ["m1", "[system.parameters]"]),
-    "unknown parameter": (setting("mass = 3"), ["[set]", "'mass'", "m1"]),
-    "negative mass": (setting("m1 = -3"), ["[set]", "m1 = -3.0", "> 0"]),
-    "NaN": (setting("C = nan"), ["[set]", "C = nan", "finite"]),
-    "K beside a modulus": (setting("K = 1e7\nE1 = 1e9"), ["[set]", "K beside E1"]),
-    "A and B zero": (setting("A = 0\nB = 0"), ["A + B must be > 0"]),
-    "set and varied": (setting("omega = 6"), ["[set]", "omega", "[vary]"]),
+    "unknown parameter": (table("set", "mass = 3"), ["[set]", "'mass'", "m1"]),
+    "negative mass": (table("set", "m1 = -3"), ["[set]", "m1 = -3.0", "> 0"]),
+    "NaN": (table("set", "C = nan"), ["[set]", "C = nan", "finite"]),
+    "K beside a modulus": (table("set", "K = 1e7\nE1 = 1e9"), ["[set]", "K beside E1"]),
+    "A and B zero": (table("set", "A = 0\nB = 0"), ["A + B must be > 0"]),
+    "set and varied": (table("set", "omega = 6"), ["[set]", "omega", "[vary]"]),
     "nothing varied": (without("omega"), ["scan.toml", "[vary]", "none"]),
-    "unknown axis": (vary("omga = { values = [1] }"), ["[vary]", "'omga'", "'omega'"]),
+    "unknown axis": (table("vary", "omga = { values = [1] }"), ["[vary]", "'omga'", "'omega'"]),
     "range without num": (omega("{ start = 1, stop = 2 }"), ["omega", "start, stop", "num"]),
     "range and values": (
         omega("{ start = 1, stop = 2, num = 3, values = [1] }"),
         ["omega", "values alone"],
     ),
     "equal values": (omega("{ values = [5, 6, 5] }"), ["omega", "5.0", "more than once"]),
-    "varied out of range": (vary("m2 = { start = -1, stop = 1, num = 3 }"), ["m2 = -1.0", "> 0"]),
+    "varied out of range": (
+        table("vary", "m2 = { start = -1, stop = 1, num = 3 }"),
+        ["m2 = -1.0", "> 0"],
+    ),
     "count without random": (table("start", "count = 3"), ["[start]", "'random'", "'rest'"]),
     "impacts without walls": (
         table("record", 'want = ["impacts"]').replace("ssul-set6", "tmd"),

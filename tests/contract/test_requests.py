@@ -184,7 +184,7 @@ def tried(setting):
 
 
 @every_kind
-def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here, error_of):
+def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(kind, here, error_of):
     """In a document, in a file and in the changes over one."""
     one = KINDS[kind]
     one.read(one.least)  # or else all could be refused for a reason that is none
@@ -208,10 +208,7 @@ def test_a_wrong_value_is_refused_with_its_place_and_what_is_allowed(kind, here,
                 assert line.startswith(place), line
                 assert f"[{setting.table}]: " in line, line
                 assert words in line
-
-
-@every_kind
-def test_a_table_that_there_is_not_is_refused(kind, error_of):
+    # a table that there is not, and what is no table
     one = KINDS[kind]
     for name, table in one.form.tables.items():
         line = error_of(one.read, {**one.least, f"{name}x": {}})
@@ -374,7 +371,7 @@ def test_a_file_lends_what_all_kinds_have(command, scan, ask):
     assert ask(command, scan, "--dry-run", "--quiet").err == ""
 
 
-def test_and_its_sampling(scan):
+def test_a_file_lends_its_sampling_and_its_title(scan):
     with pytest.warns(LeftAside, match="nodes of"):
         portrait = KINDS["portrait"].read(scan)
     assert portrait.columns[0].window == (333, 410)
@@ -386,9 +383,7 @@ def test_and_its_sampling(scan):
     Path(scan).write_text("\n".join([*lines, 'portrait = { panels = ["energy"] }']))
     with pytest.warns(LeftAside, match="vary"):
         assert KINDS["portrait"].read(scan).panels == ("energy",)
-
-
-def test_a_title_of_a_file_stays_and_that_of_the_default_does_not(scan):
+    # the title of a file stays, and that of the default does not
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", LeftAside)
         for load in (nv.load_scan, nv.load_tuning, nv.load_continuation):
@@ -459,7 +454,11 @@ def test_a_value_within_an_axis_of_a_load_is_refused(command, name, values, word
     assert words in line
 
 
-def test_a_whole_number_is_not_uncertain(error_of):
+def test_texts_that_are_no_number_and_uncertain_whole_numbers_are_refused(here, refusal, error_of):
+    assert "'a' must be a number" in refusal("response-history", "--impulse=1", "--start=1,a,0,0")
+    assert "'a' must be a number" in refusal("tuning", "--impulse=1", "--start=1,a,0,0")
+    assert "'²'" in refusal("response-history", "--load=blow:impulse=²")
+    assert "must be a" in refusal("response-history", f"--load=blow:impulse={'1' * 5000}")
     tables = {"load": {"blow": LOADS["blow"]}, "uncertain": {"blow.repeat": 1.0}}
     assert "blow.repeat is a whole number" in error_of(load_tuning, "tmd", tables)
     tables = {
@@ -467,10 +466,3 @@ def test_a_whole_number_is_not_uncertain(error_of):
         "uncertain": {"friedlander.unit": "5%"},
     }
     assert "friedlander.unit = 'N' must be a number" in error_of(load_tuning, "tmd", tables)
-
-
-def test_a_text_that_is_no_number_is_refused_in_one_line(here, refusal):
-    assert "'a' must be a number" in refusal("response-history", "--impulse=1", "--start=1,a,0,0")
-    assert "'a' must be a number" in refusal("tuning", "--impulse=1", "--start=1,a,0,0")
-    assert "'²'" in refusal("response-history", "--load=blow:impulse=²")
-    assert "must be a" in refusal("response-history", f"--load=blow:impulse={'1' * 5000}")

@@ -10,11 +10,11 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from commands import REPO
 from made_up import arrays, make_scan, run_python, same, write
 
 import nlds_vines as nv
@@ -41,30 +41,12 @@ def content(path):
     return {name: array.tobytes() for name, array in values.items()} | words, lasting
 
 
-# ---- killed at random moments --------------------------------------------------------------------
-
-
-def command(folder):
+def begun(folder, *words):
+    """Begin a run, or go on with it; return its process."""
     return subprocess.Popen(
-        [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml", "--resume", "--quiet"],
-        cwd=folder,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent)},
-    )
-
-
-def finish(folder, whole):
-    """Compare the archive with that of an undisturbed run, and make room for the next one."""
-    assert arrays(folder / "scan.h5")
-    assert content(folder / "scan.h5") == whole
-    assert sorted(os.listdir(folder)) == ["scan.h5", "scan.toml"]
-    (folder / "scan.h5").unlink()
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
-    return content(nv.scan(DOCUMENT, to=tmp_path_factory.mktemp("whole") / "whole.h5"))
+        [sys.executable, "-m", "nlds_vines", *map(str, words), "--resume", "--quiet"], cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(REPO)}, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
 
 
 CHAOS = ["--set", "omega=7.385"]  # where no state returns: settled orbits are copied, not run
@@ -74,12 +56,7 @@ TASKS = {
     "transients": [*CHAOS, "--starts", 200, "--transient", 1000, "--plot", "a.png"],
     "response-curves": ["--system", "tmd", "--vary", "omega=5:8:900", "--transient", 3000],
     "response-history": [
-        "--system",
-        "ssul-set6",
-        "--vary",
-        "impulse=100:1000:3000",
-        "--duration",
-        200,
+        *("--system", "ssul-set6", "--vary", "impulse=100:1000:3000", "--duration", 200)
     ],
     "tuning": ["--system", "tmd", "--population", 8, "--generations", 30, "--polish", 12],
     "continuation": ["--along", "omega=7.2:7.5", "--doublings", 2],
@@ -90,14 +67,8 @@ TASKS = {
 
 def kill_and_resume(task, kills, folder):
     """Kill a task at random moments, resume it each time, and compare its archives."""
-    words = [sys.executable, "-m", "nlds_vines", task, *map(str, TASKS[task]), "-o", "a.h5"]
-    rng, lengths, begun = random.Random(kills), [], 0
-
-    def begin():
-        return subprocess.Popen(
-            [*words, "--resume", "--quiet"], cwd=folder, stderr=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent)},
-        )  # fmt: skip
+    words, rng = (task, *TASKS[task], "-o", "a.h5"), random.Random(kills)
+    lengths, unfinished = [], 0
 
     def finish(running):
         _, err = running.communicate()
@@ -109,20 +80,20 @@ def kill_and_resume(task, kills, folder):
 
     for _ in range(2):  # the first one may compile
         began = time.monotonic()
-        whole = finish(begin())
+        whole = finish(begun(folder, *words))
         lengths.append(time.monotonic() - began)
     for _ in range(kills):
-        running = begin()
+        running = begun(folder, *words)
         try:
             running.wait(rng.uniform(0.2, 1.0) * lengths[-1])
         except subprocess.TimeoutExpired:
             running.send_signal(signal.SIGKILL)
             running.communicate()
-            begun += bool(list(folder.glob("*.blocks/*.npz")))
+            unfinished += bool(list(folder.glob("*.blocks/*.npz")))
         else:
             assert finish(running) == whole
-    assert finish(begin()) == whole
-    return begun
+    assert finish(begun(folder, *words)) == whole
+    return unfinished
 
 
 @pytest.mark.kernels
@@ -130,8 +101,6 @@ def kill_and_resume(task, kills, folder):
 def test_a_task_killed_at_random_moments_ends_in_the_same_archive(task, tmp_path):
     kill_and_resume(task, 2, tmp_path)
 
-
-# ---- cut at every call ---------------------------------------------------------------------------
 
 FILES = {
     "open", "write", "flush", "fsync", "close", "truncate", "posix_fallocate", "replace", "unlink",
@@ -174,18 +143,14 @@ def child(act):
 
 
 def run_to(path):
-    """Do as a run does, with results that cost nothing."""
+    """Do as a run does, with results that cost nothing; return what is compared."""
     write(path, SCAN, resume=True)
-
-
-def undisturbed_content(path):
-    run_to(path)
     return content(path)
 
 
 def replay(folder, stride):
     """Cut a run before each `stride`-th call, resume and compare; return how many cuts it took."""
-    reference = undisturbed_content(folder / "reference.h5")
+    reference = run_to(folder / "reference.h5")
     path, call = folder / "cut" / "scan.h5", 1
     while True:
         path.parent.mkdir()
@@ -195,9 +160,8 @@ def replay(folder, stride):
             run_to(path)
 
         died = child(act)
-        run_to(path)
+        assert run_to(path) == reference, call
         assert arrays(path)
-        assert content(path) == reference, call
         assert os.listdir(path.parent) == [path.name], call
         shutil.rmtree(path.parent)
         if not died:
@@ -222,11 +186,9 @@ def test_a_run_cut_between_any_two_file_operations_can_be_resumed(tmp_path):
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGUSR1, 143)]
 )
-def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(
-    number, status, tmp_path, undisturbed
-):
+def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(number, status, tmp_path):
     (tmp_path / "scan.toml").write_text(nv.load_scan(DOCUMENT).to_toml())
-    running = command(tmp_path)
+    running = begun(tmp_path, "bifurcation", "scan.toml")
     while not list(tmp_path.glob("scan.h5.*.blocks/*.npz")):
         assert running.poll() is None, running.stderr.read()
         time.sleep(0.005)
@@ -236,16 +198,15 @@ def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(
     assert "--resume" in err
     assert "Traceback" not in err
     assert not list(tmp_path.glob("scan.h5.*.blocks/*.tmp"))
-    running = command(tmp_path)
-    running.communicate()
-    finish(tmp_path, undisturbed)
-
-
-def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
+    begun(tmp_path, "bifurcation", "scan.toml").communicate()
+    assert sorted(os.listdir(tmp_path)) == ["scan.h5", "scan.toml"]
+    # as an undisturbed run, when which is over signals mean what they did before
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
-    nv.scan(DOCUMENT | {"vary": {"omega": {"values": [6.0]}}}, to=tmp_path / "a.h5")
+    undisturbed = nv.scan(DOCUMENT, to=tmp_path / "whole.h5")
     after = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
     assert after == before
+    assert arrays(tmp_path / "scan.h5")
+    assert content(tmp_path / "scan.h5") == content(undisturbed)
 
 
 TWICE = """

@@ -47,11 +47,8 @@ def folder(here):
 def start(*arguments):
     return subprocess.Popen(
         [sys.executable, "-m", "nlds_vines", "bifurcation", "scan.toml", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=surroundings(),
-    )
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=surroundings(),
+    )  # fmt: skip
 
 
 def finish(running):
@@ -90,32 +87,23 @@ def test_a_shard_without_blocks_says_so(here, capsys, answer):
     words = "shard 3/7 is empty: 0 of 1 block; shards 1 to 1 have them all"
     assert words in capsys.readouterr().out.splitlines()
     assert answer(*scan, "--shard", "3/7", "--dry-run").splitlines()[-1] == words
-    assert (
-        answer(*scan, "--shard", "1/7", "--dry-run").splitlines()[-1] == "shard 1/7: 1 of 1 block"
-    )
+    first = answer(*scan, "--shard", "1/7", "--dry-run")
+    assert first.splitlines()[-1] == "shard 1/7: 1 of 1 block"
     assert "empty" not in answer(*scan, "--shard", "1/7")
 
 
-ARRAY = {f"SLURM_ARRAY_TASK_{name}": "7" for name in ("ID", "MIN", "MAX", "COUNT")}
+def test_a_task_of_a_slurm_array_knows_its_shard_or_is_refused():
+    def array(ID=7, MIN=7, MAX=7):
+        numbers = {"ID": ID, "MIN": MIN, "MAX": MAX, "COUNT": 7}
+        return {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
 
-
-def array(**numbers):
-    return ARRAY | {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
-
-
-def test_a_task_of_a_slurm_array_knows_its_shard():
-    assert Shard.parse("slurm", array(ID=0, MIN=0, MAX=6)) == Shard(1, 7)
-    assert Shard.parse("slurm", array(ID=7, MIN=1, MAX=7)) == Shard(7, 7)
+    assert Shard.parse("slurm", array(0, 0, 6)) == Shard(1, 7)
+    assert Shard.parse("slurm", array(7, 1, 7)) == Shard(7, 7)
     assert Shard.parse("2/7", {}) == Shard(2, 7)
     assert str(Shard(2, 7)) == "2/7"
-
-
-@pytest.mark.parametrize(
-    "environment", [{}, array(MIN="x"), array(ID=3, MIN=1, MAX=13), array(ID=9, MIN=1, MAX=7)]
-)
-def test_a_task_that_does_not_know_its_shard_is_refused(environment):
-    with pytest.raises(RequestError, match="--shard slurm: "):
-        Shard.parse("slurm", environment)
+    for environment in ({}, array(MIN="x"), array(3, 1, 13), array(9, 1, 7)):
+        with pytest.raises(RequestError, match="--shard slurm: "):
+            Shard.parse("slurm", environment)
 
 
 # ---- executors -----------------------------------------------------------------------------------
@@ -295,11 +283,6 @@ def scheduling(tmp_path):
     running.wait()
 
 
-@pytest.fixture
-def scheduler(scheduling):
-    return scheduling[1]
-
-
 @pytest.mark.slow("a scheduler")
 @dask
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
@@ -320,7 +303,8 @@ def test_a_scheduler_that_dies_is_one_line(folder, scheduling, how, capfd, monke
 
 @pytest.mark.kernels
 @dask
-def test_a_cluster_without_workers_is_waited_for(folder, scheduler, whole):
+def test_a_cluster_without_workers_is_waited_for(folder, scheduling, whole):
+    _, scheduler = scheduling
     running = start("--scheduler", scheduler, "--quiet")
     time.sleep(3.0)
     command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2"]

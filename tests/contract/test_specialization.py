@@ -31,11 +31,7 @@ UNLESS = {
         "taylor.expand_contact",
         "exact.touch_in",
     },
-    "a limit": {
-        "touch.note_limit",
-        "touch.may_pass",
-        "observe.note_violation",
-    },
+    "a limit": {"touch.note_limit", "touch.may_pass", "observe.note_violation"},
     "section": {"observe.note_section"},
     "impacts": {
         "observe.note_touch",

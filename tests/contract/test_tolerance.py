@@ -149,22 +149,10 @@ def test_tunings_and_portraits_keep_it():
     portrait = load_portrait("ssul-set6", {"sampling": {"tolerance": "draft"}})
     assert portrait.tolerance == 1e-6
     assert portrait.hash != load_portrait("ssul-set6").hash
-    assert (
-        load_portrait("ssul-set6").hash
-        == load_portrait("ssul-set6", {"sampling": {"tolerance": "standard"}}).hash
-    )
+    standard = {"sampling": {"tolerance": "standard"}}
+    assert load_portrait("ssul-set6").hash == load_portrait("ssul-set6", standard).hash
     coarse = {"system": "ssul-set6", "sampling": {"tolerance": 1e-6}}
     assert load_portrait(coarse, {"sampling": {"method": "rk4"}}).tolerance is None
-
-
-COMMANDS = ("bifurcation", "portrait", "transients", "tuning")
-
-
-@pytest.mark.parametrize("command", ["bifurcation", "portrait", "transients"])
-def test_commands_refuse_it_beside_rk4(command, here, refusal):
-    (line,) = refusal(command, "--method", "rk4", "--tolerance", "fine").splitlines()
-    assert "tolerance is of method 'exact'; 'rk4' has period_steps" in line
-    assert list(here.iterdir()) == []
 
 
 SHORT = ["--transient", "1", "--periods", "1"]
@@ -176,14 +164,18 @@ DRY = {
 }
 
 
-@pytest.mark.kernels
-@pytest.mark.parametrize("command", COMMANDS)
-def test_commands_take_numbers_and_presets(command, here, answer, ask):
+@pytest.mark.parametrize("command", DRY)
+def test_commands_take_numbers_and_presets_and_refuse_them_beside_rk4(
+    command, here, answer, refusal
+):
     for text in ("1e-6", "draft"):
-        ask(command, *DRY[command], "--tolerance", text, "--dry-run")
-    assert "draft (1e-06), standard (1e-09), fine (1e-12)" in " ".join(
-        answer(command, "--help-all").split()
-    )
+        answer(command, *DRY[command], "--tolerance", text, "--dry-run")
+    words = " ".join(answer(command, "--help-all").split())
+    assert "draft (1e-06), standard (1e-09), fine (1e-12)" in words
+    if command != "tuning":  # which has no method
+        line = refusal(command, "--method", "rk4", "--tolerance", "fine")
+        assert "tolerance is of method 'exact'; 'rk4' has period_steps" in line
+    assert list(here.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -197,10 +189,9 @@ def test_commands_take_numbers_and_presets(command, here, answer, ask):
     ],
 )  # fmt: skip
 def test_functions_refuse_it_in_one_line(function, here):
+    allowed = r"tolerance = .*; allowed: 1e-13 to 0\.001, or draft"
     for value in (-1e-9, "drft", 1.0):
-        with pytest.raises(
-            RequestError, match=r"tolerance = .*; allowed: 1e-13 to 0\.001, or draft"
-        ):
+        with pytest.raises(RequestError, match=allowed):
             function(tolerance=value)
     with pytest.raises(RequestError, match="must be a finite number"):
         function(tolerance=float("nan"))
@@ -218,9 +209,6 @@ def test_a_verdict_by_a_draft_is_the_same_and_coarser():
     assert 0 < distance < 1e-5
 
 
-# ---- archives ------------------------------------------------------------------------------------
-
-
 @pytest.mark.kernels
 def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, ask):
     draft = {**SMALL["sampling"], "tolerance": "draft"}
@@ -234,10 +222,5 @@ def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, as
     nv.scan(SMALL, to="a.h5", sampling={**draft, "tolerance": 1e-6}, resume=True)
     nv.scan(SMALL, to="b.h5")
     assert "section" in differing(here / "a.h5", here / "b.h5")
-
-
-@pytest.mark.kernels
-def test_an_archive_of_rk4_means_what_it_meant(tmp_path):
-    document = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
-    path = nv.scan(document, to=tmp_path / "a.h5")
-    assert nv.open_archive(path).request.settings == Settings.rk4(512.0)
+    rk4 = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
+    assert nv.open_archive(nv.scan(rk4, to="r.h5")).request.settings == Settings.rk4(512.0)

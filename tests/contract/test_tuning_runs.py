@@ -111,10 +111,6 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     assert not list(tmp_path.glob("*.blocks"))
 
 
-def test_what_looks_after_scans_knows_a_tuning(tmp_path, whole, answer):
-    assert "results are the same" in answer("rerun", whole, "-o", tmp_path / "again.h5")
-
-
 def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
     calls = interrupt(None)
     tune(tmp_path / "a.h5", *TMD, "--seeds", "2")
@@ -174,15 +170,12 @@ def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
     assert "V does not enter the dynamics" in answer("tuning", *SSUL, "--free", "V", "-o", path)
 
 
-@pytest.mark.parametrize("form", ["png", "svg"])
-def test_the_surface_is_drawn_alike_every_time(form, whole, tmp_path):
-    pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
-    for picture in pictures:
-        drawn.PICTURE.save(whole, picture)
-    assert pictures[0].read_bytes() == pictures[1].read_bytes()
-
-
-def test_the_surface_shows_parameters_values_and_optima(whole):
+def test_the_surface_shows_parameters_values_and_optima_alike_every_time(whole, tmp_path):
+    for form in ("png", "svg"):
+        pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
+        for picture in pictures:
+            drawn.PICTURE.save(whole, picture)
+        assert pictures[0].read_bytes() == pictures[1].read_bytes()
     with nv.read(whole) as view:
         axes, bar = drawn.tuning_picture(view).axes
         (mesh,) = (
@@ -239,7 +232,8 @@ def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
         drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
-def test_xarray_opens_it(whole):
+def test_xarray_and_what_looks_after_scans_know_a_tuning(tmp_path, whole, answer):
+    assert "results are the same" in answer("rerun", whole, "-o", tmp_path / "again.h5")
     xarray = pytest.importorskip("xarray")
     with xarray.open_dataset(whole, engine="h5netcdf") as data:
         assert data["surface"].dims == ("surface_k2", "surface_c2")

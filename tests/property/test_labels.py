@@ -10,6 +10,7 @@ and the other has seen end is followed on by both: it must end, or last, in both
 
 import itertools
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -100,40 +101,29 @@ def differ(first, second):
     return np.flatnonzero((one != two) & ~np.isin(one, OPEN) & ~np.isin(two, OPEN))
 
 
-def compare_methods(cells):
-    """Judge cells by both methods; return both, and the lanes that differ to the end."""
+@pytest.mark.parametrize(
+    ("count", "least"), [(100, 4), pytest.param(2000, 8, marks=pytest.mark.long)]
+)
+def test_both_methods_agree_on_random_cells(count, least):
+    """Wherever both are determined, as most are: in so many final regimes at least."""
+    cells = random_cells(count)
     exact = judge(cells)
     classical = judge(cells, exact.arrived, "rk4", transient=40, periods=80)
+    one, two = ends_of(exact.labels), ends_of(classical.labels)
     left = differ(exact, classical)
-    if left.size == 0:
-        return exact, classical, left
-    assert set(ends_of(exact.labels[left])) | set(ends_of(classical.labels[left])) >= {"chaos"}
-    further = judge(cells[left], exact.ends[left], transient=LONG)
-    again = judge(cells[left], further.arrived, "rk4", transient=40, periods=80)
-    return exact, classical, left[differ(further, again)]
-
-
-def check_methods(cells, least):
-    """Check that both methods agree wherever both are determined, and that most are."""
-    exact, classical, left = compare_methods(cells)
+    if left.size:  # these differ to the end, or do not
+        assert set(one[left]) | set(two[left]) >= {"chaos"}
+        further = judge(cells[left], exact.ends[left], transient=LONG)
+        again = judge(cells[left], further.arrived, "rk4", transient=40, periods=80)
+        left = left[differ(further, again)]
     cases = zip(cells[left], exact.labels[left], classical.labels[left], strict=True)
     assert not left.size, [(c["omega"], c["P"], a, b) for c, a, b in cases]
-    one, two = ends_of(exact.labels), ends_of(classical.labels)
     determined = ~np.isin(one, OPEN) & ~np.isin(two, OPEN)
     assert determined.mean() > 0.98
     assert len(set(one[determined])) >= least
     periodic = (exact.arrays["periodicity"] > 0) & (one == two)
     radius = [np.abs(j.arrays["multipliers"][periodic, 0] @ [1, 1j]) for j in (exact, classical)]
     np.testing.assert_allclose(*radius, atol=1e-4)
-
-
-def test_both_methods_agree_on_a_hundred_random_cells():
-    check_methods(random_cells(100), least=4)
-
-
-@pytest.mark.long
-def test_both_methods_agree_on_two_thousand_random_cells():
-    check_methods(random_cells(2000), least=8)
 
 
 def test_threads_and_company_do_not_matter(monkeypatch):
@@ -153,26 +143,39 @@ def test_threads_and_company_do_not_matter(monkeypatch):
         np.testing.assert_array_equal(values, joined)
 
 
-def check_found_more(less, later):
-    """Check that what is known stays, but for chaos and tori that end in a periodic orbit."""
-    assert not (less.arrays["periodicity"] > 0)[less.labels != later.labels].any()
-    changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != later.labels)
-    assert (later.arrays["periodicity"][changed] > 0).all()
-    assert (later.arrays["watched"] >= less.arrays["watched"]).all()
-
-
-def test_more_effort_can_only_find_more():
-    cells = grid()
+@pytest.mark.parametrize(
+    "make_cells", [grid, pytest.param(partial(random_cells, 2000), marks=pytest.mark.long)]
+)
+def test_more_effort_can_only_find_more(make_cells):
+    """What is known stays, but for chaos and tori that end in a periodic orbit."""
+    cells = make_cells()
     judged = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
     for less, later in itertools.pairwise(judged):
-        check_found_more(less, later)
-    unknown = [np.count_nonzero(x.labels == "undetermined") for x in judged]
-    assert unknown[0] > unknown[1] >= unknown[2]
-    assert "chaos" in judged[1].labels
+        assert not (less.arrays["periodicity"] > 0)[less.labels != later.labels].any()
+        changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != later.labels)
+        assert (later.arrays["periodicity"][changed] > 0).all()
+        assert (later.arrays["watched"] >= less.arrays["watched"]).all()
+    if make_cells is grid:
+        unknown = [np.count_nonzero(x.labels == "undetermined") for x in judged]
+        assert unknown[0] > unknown[1] >= unknown[2]
+        assert "chaos" in judged[1].labels
+    else:
+        assert (judged[1].labels != "undetermined").mean() > 0.99
 
 
-def check_lengths(cells, *, least_known, lengths=((300, 60), (300, 2000), (5000, 120))):
-    """Check that neither the transient nor the window changes what an orbit is, or since when."""
+@pytest.mark.parametrize(
+    ("make_cells", "least_known", "lengths"),
+    [
+        (grid, 0.97, ((300, 60), (300, 2000), (5000, 120))),
+        pytest.param(
+            partial(random_cells, 2000), 0.99, ((300, 60), (300, 2000), (3000, 120), (20_000, 60)),
+            marks=pytest.mark.long,
+        ),
+    ],
+)  # fmt: skip
+def test_no_length_changes_a_result(make_cells, least_known, lengths):
+    """Neither the transient nor the window changes what an orbit is, or since when."""
+    cells = make_cells()
     first, *others = (judge(cells, transient=t, periods=p) for t, p in lengths)
     assert (first.labels != "undetermined").mean() >= least_known
     for other in others:
@@ -183,25 +186,6 @@ def check_lengths(cells, *, least_known, lengths=((300, 60), (300, 2000), (5000,
         changed = {(a, b) for a, b in zip(one, two, strict=True) if a != b}
         open_ends = {"undetermined", "chaos", "quasiperiodic"}
         assert all(a in open_ends and b not in ("undetermined", a) for a, b in changed), changed
-
-
-def test_no_length_changes_a_result():
-    check_lengths(grid(), least_known=0.97)
-
-
-@pytest.mark.long
-def test_no_length_changes_a_result_in_two_thousand_random_cells():
-    lengths = ((300, 60), (300, 2000), (3000, 120), (20_000, 60))
-    check_lengths(random_cells(2000), least_known=0.99, lengths=lengths)
-
-
-@pytest.mark.long
-def test_more_effort_can_only_find_more_in_two_thousand_random_cells():
-    cells = random_cells(2000)
-    judged = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
-    for less, later in itertools.pairwise(judged):
-        check_found_more(less, later)
-    assert (judged[1].labels != "undetermined").mean() > 0.99
 
 
 def test_the_phase_at_which_sections_are_taken_does_not_matter():

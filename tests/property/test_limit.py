@@ -87,14 +87,10 @@ def seen_by_twin(cases):
     """Return the twin's course of each case; they last equally long."""
     (periods,) = {case[3] for case in cases}
     models = [
-        model_of({**numbers} if kind == "ssvi-c" else without_length(numbers), watched=True)
+        model_of({k: v for k, v in numbers.items() if k != "L" or kind == "ssvi-c"}, watched=True)
         for kind, numbers, _, _ in cases
     ]
     return follow_all(models, [case[2] for case in cases], periods)
-
-
-def without_length(numbers):
-    return {name: number for name, number in numbers.items() if name != "L"}
 
 
 def verdict(orbit, course, period):
@@ -160,9 +156,6 @@ def test_violations_as_the_twin_sees_them(make, count, method):
     for word in ("violated", "several", "impacts"):  # enough of each kind to prove something
         assert counts[word] > len(cases) / 20
     assert counts["violated"] < 0.95 * len(cases)
-
-
-# ---- the checks can fail -------------------------------------------------------------------------
 
 
 def test_a_wrong_report_is_seen():
@@ -245,8 +238,7 @@ def test_a_start_in_violation_is_refused(kind, reach):
 
 
 @pytest.mark.parametrize(
-    ("kind", "vary"),
-    [("ssvi-b", {"D": [0.0, 0.1]}), ("ssvi-c", {"D": [0.0, 0.1]})],
+    ("kind", "vary"), [("ssvi-b", {"D": [0.0, 0.1]}), ("ssvi-c", {"D": [0.0, 0.1]})]
 )
 def test_a_rest_state_in_violation_is_refused(kind, vary):
     numbers = dict(system_of(kind, {**SSBL, "L": 0.0}).parameters)

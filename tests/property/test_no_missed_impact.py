@@ -139,27 +139,16 @@ def seen(request, random_cases, grazing_cases):
     return first, second, first[: fixed * 4 // 5] + second[: fixed // 5]
 
 
-def assert_nothing_missed(cases, **options):
-    outcomes = verdicts(cases, **options)
+@pytest.mark.parametrize("which", ["random", "grazing", "fixed steps"])
+def test_no_impact_is_missed_or_invented(which, seen):
+    cases = seen[("random", "grazing", "fixed steps").index(which)]
+    fixed = {"method": "rk4", "period_steps": 4096.0} if which == "fixed steps" else {}
+    outcomes = verdicts(cases, **fixed)
     assert outcomes["missed"] == 0
     assert outcomes["invented"] == 0
     assert outcomes["ambiguous"] <= FEW * len(cases)
     assert outcomes.total() == len(cases)
 
-
-def test_exact_random(seen):
-    assert_nothing_missed(seen[0])
-
-
-def test_exact_grazing(seen):
-    assert_nothing_missed(seen[1])
-
-
-def test_fixed_steps(seen):
-    assert_nothing_missed(seen[2], method="rk4", period_steps=4096.0)
-
-
-# ---- other contact laws --------------------------------------------------------------------------
 
 LAWS = {
     "restitution": lambda numbers: {"law": "restitution", "e": 0.7},
@@ -223,9 +212,6 @@ def test_by_every_law(law, random_cases, grazing_cases):
     assert outcomes["ambiguous"] <= FEW * outcomes.total()
     assert outcomes["same"] > BY_LAW
     assert outcomes["none"] > BY_LAW // 10
-
-
-# ---- the checks can fail -------------------------------------------------------------------------
 
 
 def test_a_missed_and_an_invented_impact_are_seen(random_cases):

@@ -1,4 +1,4 @@
-"""Observed orders: fixed steps across contacts, one stepped contact, the short impact."""
+"""Observed orders: fixed steps across contacts, one stepped contact, the short impact; states."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from support import (
     Approach,
     Impact,
     contact_parts,
+    counts_by_period,
     fitted_order,
     follow_ssbl,
     follow_ssul,
@@ -23,9 +24,6 @@ SET6 = references()["ssul-set6"].numbers
 SOFT, STEEL = SET6["K"], references()["ssul-set6-steel"].numbers["K"]
 APPROACH = Approach(speed=2.4, x1=0.011, v1=0.2, phase=1.0)
 EXACT_DURATION = 0.8 * beta(0.4, 0.5)  # of a free impact, in units of depth / speed: 2.9433
-
-
-# ---- fixed steps across contacts -----------------------------------------------------------------
 
 
 def errors_by_steps(name, periods):
@@ -61,9 +59,6 @@ def test_fixed_steps_lose_nothing_on_steel():
     assert 3.8 <= fitted_order(errors_by_steps("ssul-set6-steel", 20), FIXED) <= 5.5
 
 
-# ---- one contact, stepped ------------------------------------------------------------------------
-
-
 def parts_of(K=SOFT, **changes):
     return contact_parts(**{**SET6, "near": SET6["C"], "K": K, **changes})
 
@@ -86,9 +81,6 @@ def test_the_contact_of_rk4_has_order_four():
     exact = APPROACH.step(parts, 200)
     errors = [APPROACH.step(parts, n, rk4=True).difference(exact) for n in steps]
     assert fitted_order(errors, steps) == pytest.approx(4, abs=0.2)
-
-
-# ---- one short impact ----------------------------------------------------------------------------
 
 
 @pytest.mark.kernels
@@ -160,3 +152,27 @@ def test_rigid_limit():
         differences.append(np.abs(state - rigid).max())
     assert fitted_order(differences, stiffness) == pytest.approx(0.4, abs=0.01)
     assert differences[-1] < 1e-4
+
+
+SSUL = ("ssul-set6", "ssul-set6-omega7.45", "ssul-set6-steel")
+FINE = 2048.0  # rk4 steps a period
+
+
+@pytest.mark.parametrize(
+    ("bound", "options"),
+    [
+        pytest.param(1e-9, {}, id="exact"),
+        pytest.param(
+            1e-8, {"method": "rk4", "period_steps": FINE}, id="rk4", marks=pytest.mark.kernels
+        ),
+    ],
+)
+@pytest.mark.parametrize("name", SSUL)
+def test_up_to_100_periods(name, bound, options):
+    """The largest error of each state is measured in the growth of an error by then."""
+    reference = references()[name]
+    orbit = follow_ssul(reference.numbers, None, 100, **options)
+    errors = np.abs(orbit.section - reference.states[:100]).max(axis=1)
+    assert (errors <= bound * reference.growth[:100]).all()
+    counts = counts_by_period(orbit.impacts["touch"], reference.parameters["omega"], 100)
+    np.testing.assert_array_equal(counts, reference.impacts[:100])

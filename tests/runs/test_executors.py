@@ -37,16 +37,13 @@ def test_every_lane_is_done_once(lanes, least, used):
     assert len(small) <= 1  # what is left at the end
 
 
-def test_pieces_become_smaller_and_no_thread_is_left_with_a_long_one():
+def test_pieces_become_smaller_or_are_single_lanes_where_these_differ_most():
     pieces = []
     in_pieces(lambda begin, end: pieces.append((begin, end - begin)), 1000)
     sizes = [size for _, size in sorted(pieces)]
     assert sizes == sorted(sizes, reverse=True)
     assert sizes[0] <= 1000 / 8 / executors.SHARE
     assert sizes[-1] == 1
-
-
-def test_where_lanes_differ_most_each_is_a_piece():
     sizes = []
     in_pieces(lambda begin, end: sizes.append(end - begin), 1000, 1, 1)
     assert sizes == [1] * 1000
@@ -157,16 +154,14 @@ def test_to_say_how_many_threads_starts_none():
     assert threading.active_count() == before  # and none is left behind
 
 
-def test_how_many_threads_there_are(monkeypatch):
+def test_how_many_threads_there_are_holds_for_all_and_starts_none(monkeypatch):
     assert (most_threads(), threads_in_use()) == (8, 8)
     assert use_threads(3) == threads_in_use() == 3
     assert use_threads(100) == threads_in_use() == 8
     assert use_threads(None) == threads_in_use() == 8
     monkeypatch.delenv("NUMBA_NUM_THREADS")
     assert 1 <= use_threads(None) <= os.cpu_count()
-
-
-def test_what_one_thread_chooses_holds_for_all():
+    # what one thread chooses holds for all
     other = threading.Thread(target=use_threads, args=(2,))
     other.start()
     other.join()

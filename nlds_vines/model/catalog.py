@@ -161,7 +161,7 @@ def _from_table(entry: Mapping[str, Any], name: str, needs_force: bool) -> Syste
         if twice:
             raise RequestError(f"{twice[0]} stands in {place}, and before it")
         parameters |= constants
-    sources = dict(entry.get("sources", {}))
+    sources = dict(table("sources", entry.get("sources", {})))
     if not needs_force:
         for names, value in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
             if parameters.keys().isdisjoint(names):

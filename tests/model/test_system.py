@@ -208,6 +208,10 @@ def test_the_edges_of_the_ranges_are_allowed(set6, name, value):
         ),
         (lambda: load_system("ssul-set7"), "unknown system 'ssul-set7'; did you mean"),
         (lambda: System("ssull", {}), "unknown kind 'ssull'; did you mean 'ssul'"),
+        (
+            lambda: system_from({"kind": "none", "sources": "abc"}),
+            r"\[system\]: sources = 'abc' must be a table",
+        ),
     ],
 )
 def test_what_is_missing_or_unknown_is_named(call, message):

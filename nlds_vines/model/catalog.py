@@ -182,7 +182,7 @@ def _contact(
     if key in entry and "law" in constants:
         raise RequestError(f"{key} stands in [system], and law in [system.{place}]")
     law_name = constants.pop("law", entry.get(key, law))
-    if not law_name:
+    if law_name == law == "":
         if constants:
             raise RequestError(f"[system.{place}] has no law; allowed: {', '.join(LAWS)}")
         return {}, ""

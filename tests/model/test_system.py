@@ -212,6 +212,8 @@ def test_the_edges_of_the_ranges_are_allowed(set6, name, value):
             lambda: system_from({"kind": "none", "sources": "abc"}),
             r"\[system\]: sources = 'abc' must be a table",
         ),
+        (lambda: system_from({"kind": "tmd", "law": ""}), "unknown law ''"),
+        (lambda: system_from({"kind": "ssbl", "law_2": []}), r"unknown law_2 \[\]"),
     ],
 )
 def test_what_is_missing_or_unknown_is_named(call, message):

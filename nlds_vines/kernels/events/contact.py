@@ -212,8 +212,8 @@ def margin(side, positive, row):
 def up_to_switch(side, now, positive, step):
     """Cut a step short where the force of a wall becomes another function, at row NEW.
 
-    positive: the sign of `switching` at row OLD, for which the wall of `now` acts in all of the
-    step. Returns (switches, step).
+    positive: the sign of `switching` at row OLD, for which the wall of `now`, the side in the step,
+    acts in all of it. Returns (switches, step).
     """
     if side.wall.switch is None:
         return False, step
@@ -256,7 +256,6 @@ def up_to_switch(side, now, positive, step):
 
 @jit
 def swing(side, now, phase, row):
-    """Return `rate_of_switching` at a row within a step, phase being that at row OLD."""
     _, _, ds = motion_at(now, phase, row)
     return rate_of_switching(side.wall, side.k[row + 1], ds)
 
@@ -592,7 +591,6 @@ def may_leave(near, far):
 
 @jit
 def leaves(near, far, mode):
-    """Return True if an orbit is leaving a wall whose force has vanished."""
     return may_leave(near, far) and mode in (LEAVING_NEAR, LEAVING_FAR)
 
 

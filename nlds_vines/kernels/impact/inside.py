@@ -13,7 +13,7 @@ all others, an energy only has minima, so that maxima are near the touch or near
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,6 @@ from ..numerics.fours import bare, four, four_at, larger_of, largest_of, put_fou
 from ..numerics.matrices import solve
 from ..scene.drive import (
     Moment,
-    backward,
     bending,
     cos_sin,
     drive_later,
@@ -50,6 +49,7 @@ from ..scene.drive import (
     falling,
     later,
 )
+from ..scene.law import AHEAD
 from ..scene.scene import (
     Damper,
     Ground,
@@ -479,7 +479,7 @@ MOTION = Motion()
 
 @jit
 def motion_of_touch(side, ground, state, phase):
-    """Return (x1, v1, dv1/dt, a1, jerk) of (s, x1, v1) at zero depth; ground: of a `Tally`."""
+    """Return (x1, v1, dv1/dt, a1, jerk) of a state (s, x1, v1) at touch; ground: of a `Tally`."""
     s, x1, v1 = state
     drive = drive_now(phase)
     dv, ds = accelerations_at(side, side.ps, (x1, v1, side.wall.gap, s), drive, 0.0)
@@ -666,13 +666,10 @@ class Ahead(NamedTuple):
 
 
 @jit
-def read_ahead(numbers, at):
-    i = at
-    return Ahead(
-        numbers[i], numbers[i + 1], numbers[i + 2],
-        (numbers[i + 3], numbers[i + 4], numbers[i + 5]),
-        (numbers[i + 6], numbers[i + 7], numbers[i + 8]),
-    )  # fmt: skip
+def read_ahead(k):
+    touch = k[AHEAD + 3], k[AHEAD + 4], k[AHEAD + 5]
+    release = k[AHEAD + 6], k[AHEAD + 7], k[AHEAD + 8]
+    return Ahead(k[AHEAD], k[AHEAD + 1], k[AHEAD + 2], touch, release)
 
 
 @jit
@@ -697,7 +694,11 @@ def from_release(side, phase, ahead):
     phase: the instant (`drive`) of its touch, here and below.
     """
     s, x1, v1 = ahead.release
-    then = backward(later(side.ps, phase, ahead.took))
+    end = later(side.ps, phase, ahead.took)
+    if is_a(phase, Moment):
+        then: Any = Moment(end.w, end.row, end.degree, end.x, -end.length)
+    else:
+        then = end[0], -end[1]
     return side_backward(side), then, (0.0, -s, x1, -v1)
 
 

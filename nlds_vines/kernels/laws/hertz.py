@@ -121,13 +121,11 @@ def elastic(wall, stiffness, q, z):
 
 @jit
 def at_depth(wall, stiffness, depth):
-    """Return stiffness z^(3/2) at a depth [m]."""
     return stiffness * depth * math.sqrt(depth)
 
 
 @jit
 def stored(wall, stiffness, z, q):
-    """Return 2/5 of stiffness z^(5/2)."""
     return 0.4 * stiffness * z * z * q
 
 
@@ -136,13 +134,11 @@ def stored(wall, stiffness, z, q):
 
 @jit
 def reach_of(wall, q, z, s):
-    """Return q^(5/2) where the free contact through (q, s) turns."""
     return hypotenuse(q * q * math.sqrt(q), s / wall.speed)
 
 
 @jit
 def turn_of(wall, reach):
-    """Return (q^3, q) where a free contact turns, whose q^(5/2) there is `reach`."""
     fifth = fifth_root(reach)
     return reach * fifth, fifth * fifth
 
@@ -154,7 +150,6 @@ def pressed(wall, external):
 
 @jit
 def faint(wall, ratio):
-    """Return the depth [m] at which kappa z^(3/2) is `ratio` kappa [m^1.5]."""
     return exp(2.0 / 3.0 * log(ratio))
 
 
@@ -177,7 +172,7 @@ def pushed_term(wall, k, by, at, n):
 @jit
 def released(k):
     """Return, as `contact` does, the release of the solved impact; none is under way then."""
-    ahead = read_ahead(k, int(AHEAD))
+    ahead = read_ahead(k)
     k[AHEAD] = 0.0
     s, x1, v1 = ahead.release
     return RELEASED, 0.0, s, x1, v1, ahead.took - ahead.elapsed, ahead.depth
@@ -208,7 +203,7 @@ def follow_short_impact(side, watch, phase, left, now):
     remains = k[AHEAD] - k[AHEAD + 1]
     stops = remains > left
     # Record energies and passages of a limit, up to the release or for the time `left`.
-    ahead = read_ahead(k, int(AHEAD))
+    ahead = read_ahead(k)
     if watch.energy is not None:
         touch = later(side.ps, phase, -ahead.elapsed)
         note_inside(side, watch.energy, touch, ahead, now, min(left, remains))
@@ -223,7 +218,7 @@ def follow_short_impact(side, watch, phase, left, now):
         before = k[AHEAD + 1]
         touch = later(side.ps, phase, -before) if before > 0.0 else phase
         k[AHEAD + 1] = before + left
-        ahead = read_ahead(k, int(AHEAD))
+        ahead = read_ahead(k)
         q, s, x1, v1 = state_at_section(side, touch, ahead)
         if watch.energy is not None:
             r = side.sign * (side.wall.gap + q * q)
@@ -234,7 +229,7 @@ def follow_short_impact(side, watch, phase, left, now):
             only = Watch(None, None, None, None, tangent, None)
             contact(variations_finely(side), only, phase, now, left)
         else:
-            ahead = read_ahead(k, int(AHEAD))
+            ahead = read_ahead(k)
             back = 0.0 if begins else -ahead.elapsed
             vary_inside(side, later(side.ps, phase, back), tangent, ahead, begins)
     if stops:

@@ -157,14 +157,11 @@ def damped_term(wall, k, column, n):
 
 @jit
 def drag_term(wall, k, n):
-    if wall.damping is None:
-        return 0.0
     return wall.damping.a * wall.K * k[SERIES + COLUMNS * n + ELASTIC]
 
 
 @jit
 def stored(wall, stiffness, z, q):
-    """Return stiffness z^(n + 1) / (n + 1)."""
     return elastic(wall, stiffness, q, z) * z / (wall.exponent + 1.0)
 
 

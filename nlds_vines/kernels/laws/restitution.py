@@ -225,8 +225,8 @@ def follow(side, watch, phase, place, left, now):
             k[contact_series.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
             fast = sign * before[0]
-            ends = (fast, x1, before[2]), (sign * s, x1, v1)
-            vary_at_impact(side, *ends, stuck, c, rows_of(tangent))
+            first, last = (fast, x1, before[2]), (sign * s, x1, v1)
+            vary_at_impact(side, first, last, stuck, c, rows_of(tangent))
             # The derivatives by e and by the share, whose t0 depends on r alone: a rebound turns s
             # of r into -e s and v1 into v1 - share (1 + e) s, hence ds = -de s and
             # dv1 = -(dshare (1 + e) + share de) s, with e = de = 0 at rest afterwards.

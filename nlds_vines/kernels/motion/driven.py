@@ -101,13 +101,11 @@ def fill_wall(sort, change, gap, rates, at):
 
 @jit
 def wall_at(sign):
-    """Return the first column of the rates of the near (sign 1) or of the far wall."""
     return NEAR if sign > 0.0 else FAR
 
 
 @jit
 def constants_of(sign):
-    """Return the first column of the constants of that wall's law."""
     return wall_at(sign) + 1
 
 

@@ -73,36 +73,24 @@ def bend_of(ps, damper):
 
 
 @jit
-def dampers_share(ps, damper):
-    """Return the largest 2 E2 / S^2, S being the energy scale of `scale_of`.
+def damper_bounds(ps, damper):
+    """Return (c, a, b): 2 E2 <= c S^2 and |du/dt| <= a |u| + b S, S being that of `scale_of`.
 
-    E2 takes the absolute displacement of the damper, S that of the structure and the shortening of
-    the spring: sqrt(k2) |x1 - r| <= (sqrt(k2 / k1) + 1) S.
+    E2 = u u / 2, u = (sqrt(m2) v2, sqrt(k2) x2), takes the absolute displacement of the damper, S
+    that of the structure and the shortening of the spring:
+    sqrt(k2) |x1 - r| <= (sqrt(k2 / k1) + 1) S. By eq. (5) m2 dv2/dt = -k2 x2 - c2 v2
+    + (k2 x1 + c2 v1): the last part, by which the structure acts on the damper, is at most
+    sqrt(m2) b S. x2 counts from the rest.
     """
     if damper is None:
-        return 0.0
-    soft = 0.0  # sqrt(k2) |x1| per S: no energy holds a structure without a spring
-    if damper.k2 > 0.0:
-        soft = math.sqrt(damper.k2 / ps.k1)
-    absolute = 1.0 + soft
-    return 1.0 + absolute * absolute
-
-
-@jit
-def damper_rates(ps, damper):
-    """Return (a, b) with |du/dt| <= a |u| + b S, u = (sqrt(m2) v2, sqrt(k2) x2), E2 = u u / 2.
-
-    m2 dv2/dt = -k2 x2 - c2 v2 + (k2 x1 + c2 v1) by eq. (5): the last part, by which the structure
-    acts on the damper, is at most sqrt(m2) b S, S being the energy scale of `scale_of`. x2 counts
-    from the rest.
-    """
-    if damper is None:
-        return 0.0, 0.0
-    pulls = damper.c2 * damper.c2 / ps.m1
-    if damper.k2 > 0.0:  # a structure without a spring may be anywhere
+        return 0.0, 0.0, 0.0
+    soft, pulls = 0.0, damper.c2 * damper.c2 / ps.m1
+    if damper.k2 > 0.0:  # otherwise no energy holds a structure without a spring
+        soft = math.sqrt(damper.k2 / ps.k1)  # sqrt(k2) |x1| per S
         pulls += damper.k2 * damper.k2 / ps.k1
+    absolute = 1.0 + soft
     alone = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2
-    return alone, math.sqrt(pulls / damper.m2)
+    return 1.0 + absolute * absolute, alone, math.sqrt(pulls / damper.m2)
 
 
 @jit
@@ -159,8 +147,7 @@ TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 #
 #   from      numbers       what
 #   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
-#   OF_E2      3            bounds of E2 per S^2 / 2 (`dampers_share`) and of its rates
-#                           (`damper_rates`)
+#   OF_E2      3            bounds of E2 per S^2 / 2 and of its rates (`damper_bounds`)
 #   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`response`)
 #   COEF      TERMS         scratch: those of the state over a cell, power by power:
 #                           w[COEF + 4 power + component], components x1, v1, r, s
@@ -278,7 +265,6 @@ def at(w, x):
 
 @jit
 def grid_from(ps, damper, n, begun):
-    """Return the `Grid` of a `Begun` in n cells (`cells_of`)."""
     return grid_with(ps, damper, length_of_cell(ps, n, begun), n, n, begun)
 
 
@@ -320,8 +306,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
             for c in range(4):
                 w[CELLS + 6 * j + c] += moved[c]
     body = joined(damper)
-    w[OF_E2] = dampers_share(ps, body)
-    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, body)
+    w[OF_E2], w[OF_E2 + 1], w[OF_E2 + 2] = damper_bounds(ps, body)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = begun.share / n
     return Grid(n, h, turn, rate_of(ps, body), push, bend_of(ps, damper), w, load, begun)

@@ -99,7 +99,6 @@ def beside(phase, x1, s):
 
 @jit
 def raise_to(row, place, value):
-    """Raise the maximum at a place of the row to |value|."""
     row[place] = max(row[place], abs(value))
 
 

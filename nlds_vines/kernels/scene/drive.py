@@ -171,13 +171,6 @@ def twisting(ps, phase):
 
 
 @jit
-def backward(phase):
-    if is_a(phase, Moment):
-        return Moment(phase.w, phase.row, phase.degree, phase.x, -phase.length)
-    return (phase[0], -phase[1])
-
-
-@jit
 def most_push(ps, phase):
     """Return the largest acceleration [m/s^2] of the structure by force and load."""
     if is_a(phase, Moment):

@@ -77,7 +77,7 @@ LEAST_UNIT, LARGEST_UNIT = -1000, 1000  # powers of two
 
 @jit
 def term_of(k, column, n):
-    """Return coefficient n of a column by the place in the step whose LENGTHS stand in k."""
+    """Return coefficient n of a column, by the place in the step whose LENGTHS stand in k."""
     return k[LENGTHS + n] * k[SERIES + COLUMNS * n + column]
 
 
@@ -146,7 +146,6 @@ def made(sort, gap, damper, cell):
 
 @jit
 def wall_like(sort, gap, damper, cell):
-    """Return the wall at r = `gap` [m] of the law of `sort`, None without a wall."""
     if sort is None:
         return None
     return made(sort, gap, damper, cell)

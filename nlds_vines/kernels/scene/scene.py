@@ -89,7 +89,6 @@ def allowed(parts, cell):
 
 @jit
 def structure_under(load, cell):
-    """Return the `Structure` of one cell, with its constant load unless `load` is None."""
     m1, constant = cell.m1, None if load is None else cell.load
     return Structure(
         m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, constant, None
@@ -122,7 +121,6 @@ def damper_of(sort, cell):
 
 @jit
 def joined(damper):
-    """Return the damper, or None if nothing is joined to the structure."""
     if damper is None or is_a(damper, Ground):
         return None
     return damper
@@ -138,13 +136,11 @@ def under(load, alone):
 
 @jit
 def unloaded(ps):
-    """Return the structure without a constant load, as for variations."""
     return with_load(ps, None)
 
 
 @jit
 def greatest_push(load, force):
-    """Return the largest acceleration by force and constant load."""
     if load is None:
         return force
     return force + abs(load)

@@ -156,8 +156,8 @@ def damper_bound(grid, scale, e2):
     """Return a bound of the fourth derivative of E2 by the place over a cell [J].
 
     scale: a bound of S over it; e2: E2 at its beginning. E2 is half the square of a vector u, whose
-    length grows by the action of the structure alone (`flight.damper_rates`). So the bound rests on
-    the damper's own energy, which may be far less than that of the structure.
+    length grows by the structure's action alone (`flight.damper_bounds`). So the bound rests on the
+    damper's own energy, which may be far less than that of the structure.
     """
     rate, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
     push = grid.rate * grid.push

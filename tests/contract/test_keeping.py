@@ -22,13 +22,6 @@ from tqdm import tqdm
 import nlds_vines as nv
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation.blocks import (
-    block_bytes,
-    blocks_of,
-    lane_bytes,
-    result_bytes,
-    work_bytes,
-)
 from nlds_vines.bifurcation.run import Tally, _save, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
@@ -172,8 +165,10 @@ def test_the_largest_block_is_as_large_as_it_is_said():
     for vary in (None, {"P": {"values": [1.0, 2.0, 3.0]}, "omega": {"values": list(range(1, 9))}}):
         for policy in ("rest", "up"):
             scan = make_scan(vary=vary, start={"policy": policy})
-            cells = max(block.cells for block in blocks_of(scan))
-            assert block_bytes(scan) >= result_bytes(scan) * cells // (scan.lanes // scan.starts)
+            cells = max(block.cells for block in cutting.blocks_of(scan))
+            assert cutting.block_bytes(scan) >= cutting.result_bytes(scan) * cells // (
+                scan.lanes // scan.starts
+            )
 
 
 WANTED = (["section"], ["energy"], ["regime", "energy"], ["settling"])
@@ -193,7 +188,7 @@ def test_what_a_block_takes_is_not_more_than_is_said(system, want):
     outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
     allocated = sum(array.nbytes for array in vars(outputs).values() if array is not None)
     assert outputs.touches is not None or want not in TOUCHES
-    assert allocated <= 7 * lane_bytes(scan) <= allocated + 7 * 1024
+    assert allocated <= 7 * cutting.lane_bytes(scan) <= allocated + 7 * 1024
 
 
 def test_a_verdict_makes_smaller_blocks():
@@ -201,8 +196,8 @@ def test_a_verdict_makes_smaller_blocks():
     cells = []
     for want in ("energy", "regime"):
         scan = replace(make_scan([want], vary={"omega": omega, "P": force}), transient=5000)
-        cells.append(max(block.cells for block in islice(blocks_of(scan), 100)))
-        assert cells[-1] * lane_bytes(scan) <= work_bytes(scan) <= 1 << 27
+        cells.append(max(block.cells for block in islice(cutting.blocks_of(scan), 100)))
+        assert cells[-1] * cutting.lane_bytes(scan) <= cutting.work_bytes(scan) <= 1 << 27
     assert cells[1] < cells[0]
 
 

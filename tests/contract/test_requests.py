@@ -191,15 +191,13 @@ def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(ki
     for setting in one.settings:
         others = one.least.get(setting.table, {})
         cases = [(setting.key, value, words) for value, words in tried(setting)]
-        cases += [
-            (f"{setting.key}x", 1, f"unknown key '{setting.key}x'; did you mean '{setting.key}'")
-        ]
+        misspelled, words = f"{setting.key}x", f"did you mean '{setting.key}'"
+        cases += [(misspelled, 1, f"unknown key '{misspelled}'; {words}")]
         for key, value, words in cases:
             wrong = {setting.table: {**others, key: value}}
             lines = {f"{kind}: ": error_of(one.read, {**one.least, **wrong})}
-            lines["keywords: "] = error_of(
-                one.read, one.least, {setting.table: {key: value}}, "keywords"
-            )
+            changes = {setting.table: {key: value}}
+            lines["keywords: "] = error_of(one.read, one.least, changes, "keywords")
             if isinstance(value, int | float | str):
                 with suppress(ValueError):  # of texts and numbers that no file can hold
                     Path("r.toml").write_text(toml_text({**one.least, **wrong}))
@@ -251,16 +249,14 @@ def texts(setting):
 @every_kind
 def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
     command, *usual = KINDS[kind].command.split()
-    listed = answer(
-        command, "--help-all" if "--help-all" in answer(command, "--help") else "--help"
-    )
+    has_more = "--help-all" in answer(command, "--help")
+    listed = answer(command, "--help-all" if has_more else "--help")
     for setting in KINDS[kind].settings:
         for text, words in texts(setting) if setting.has_option and setting.flag in listed else ():
             err = refusal(command, *usual, f"{setting.flag}={text}")
             assert words in err
-            assert setting.flag in err or (
-                "command line: " in err and f"[{setting.table}]: " in err
-            )
+            in_a_table = "command line: " in err and f"[{setting.table}]: " in err
+            assert setting.flag in err or in_a_table
     assert list(here.iterdir()) == []
 
 
@@ -300,12 +296,8 @@ def test_what_means_the_same_has_one_hash(kind, here):
     for document in SAME[kind]:
         Path("r.toml").write_text(toml_text(document))
         system = document.get("system", "tmd")
-        for sources in (
-            (document,),
-            ("r.toml",),
-            (system, document),
-            ({"system": system}, document),
-        ):
+        bare = {"system": system}
+        for sources in ((document,), ("r.toml",), (system, document), (bare, document)):
             request = one.read(*sources)
             hashes.add(request.hash)
             assert one.read(request.document()).hash == request.hash
@@ -461,8 +453,6 @@ def test_texts_that_are_no_number_and_uncertain_whole_numbers_are_refused(here, 
     assert "must be a" in refusal("response-history", f"--load=blow:impulse={'1' * 5000}")
     tables = {"load": {"blow": LOADS["blow"]}, "uncertain": {"blow.repeat": 1.0}}
     assert "blow.repeat is a whole number" in error_of(load_tuning, "tmd", tables)
-    tables = {
-        "load": {"friedlander": LOADS["friedlander"]},
-        "uncertain": {"friedlander.unit": "5%"},
-    }
+    load = {"friedlander": LOADS["friedlander"]}
+    tables = {"load": load, "uncertain": {"friedlander.unit": "5%"}}
     assert "friedlander.unit = 'N' must be a number" in error_of(load_tuning, "tmd", tables)

@@ -32,11 +32,11 @@ def whole(scan):
     return Block(0, tuple((0, size) for size in scan.shape))
 
 
-def computed(scan, settings=None):
+def computed(scan):
     """Return the arrays of a scan that is computed in one block."""
     from nlds_vines.bifurcation.run import Computer  # which loads the kernels
 
-    return Computer(scan, settings).block(whole(scan))
+    return Computer(scan).block(whole(scan))
 
 
 def archived(path, scan, arrays):

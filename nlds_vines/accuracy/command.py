@@ -12,15 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.cli import running
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import SET, SYSTEM, Parser, chosen_system, settings_in
-from nlds_vines.cli.running import (
-    RunOptions,
-    check_plot,
-    optional_path,
-    refuse_replacing,
-    refuse_same,
-)
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, from_text, shown, whole
 
@@ -80,9 +74,9 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not 0.0 < want < 1.0:
         raise RequestError(f"--want = {want:g} must lie between 0 and 1")
     plot = Path("accuracy.png" if options.plot is None else options.plot)
-    refuse_same(optional_path(options.scan), plot)
-    check_plot(plot)
-    refuse_replacing("picture", plot, RunOptions(overwrite=options.overwrite))
+    running.refuse_same(running.optional_path(options.scan), plot)
+    running.check_plot(plot)
+    running.refuse_replacing("picture", plot, running.RunOptions(overwrite=options.overwrite))
     from nlds_vines.accuracy.measure import measured, methods, reference
 
     contenders = methods(system, not options.no_peers)
@@ -124,7 +118,16 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
     yield from textwrap.wrap(text, 100)
     yield ""
     head = ("method", "setting", "error", "CPU per period")
-    yield from table(head, (_row(truth, result) for result in results), (2, 3))
+    rows = []
+    for one in results:
+        setting = f"{one.setting:g} steps" if one.method == "rk4" else f"{one.setting:.0e}"
+        numbers: tuple[str, ...] = (f"failed: {one.failure}",)
+        if not one.failure:
+            is_resolved = one.error > truth.uncertainty
+            error = f"{one.error:.1e}" if is_resolved else f"< {truth.uncertainty:.0e}"
+            numbers = error, f"{1e6 * one.seconds:.3g} us"
+        rows.append((one.method, setting, *numbers))
+    yield from table(head, rows, (2, 3))
     yield ""
     what, best = f"The cheapest setting with an error of at most {want:g}", advised(results, want)
     if best is None:
@@ -133,16 +136,6 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
         name = "period_steps" if best.method == "rk4" else "tolerance"
         code = f'`method = "{best.method}", {name} = {best.setting:g}`'
         yield f"{what}: {code} ({best.error:.1e} at {1e6 * best.seconds:.3g} us a period)."
-
-
-def _row(truth: Reference, result: Result) -> tuple[str, ...]:
-    words = f"{result.setting:g} steps" if result.method == "rk4" else f"{result.setting:.0e}"
-    if result.failure:
-        return result.method, words, f"failed: {result.failure}"
-    error = (
-        f"{result.error:.1e}" if result.error > truth.uncertainty else f"< {truth.uncertainty:.0e}"
-    )
-    return result.method, words, error, f"{1e6 * result.seconds:.3g} us"
 
 
 main = Command(

@@ -16,13 +16,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.bifurcation.attractors import (
-    Attractor,
-    Numbering,
-    System,
-    impacts_of,
-    period_of,
-)
+from nlds_vines.bifurcation.attractors import Attractor, Numbering, System, impacts_of, period_of
 from nlds_vines.bifurcation.request import state_scales
 from nlds_vines.bifurcation.result import own_states
 from nlds_vines.kernels.cells import cycles as kernels
@@ -40,12 +34,7 @@ from nlds_vines.orbits.batch import (
 )
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import ATTRACTOR, OK
-from nlds_vines.orbits.starts import (
-    Start,
-    given_states,
-    length_unit,
-    user_states,
-)
+from nlds_vines.orbits.starts import Start, given_states, length_unit, user_states
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -64,9 +53,7 @@ the nearest other cycle; the smaller counts. It is halved until all trial orbits
 TRIALS, RETURNS = 48, 8
 """Orbits that begin at this distance from a cycle, and after how many returns they are nearer."""
 
-TOGETHER = 500
-"""Orbits that are judged in one call: about a second, and 80 MB of memory at most."""
-
+TOGETHER = 500  # orbits that are judged in one call: about a second, and 80 MB of memory at most
 _FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resolved
 
 
@@ -88,8 +75,6 @@ class Cycle(NamedTuple):
 
 
 class OrbitEnds:
-    """Follows the orbits of one scan to their ends."""
-
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         self.scan, self._tell, self.scene = scan, tell, wanted.scene
         self._verdicts = Kernels(replace(wanted, want=("regime",)), tell, helped=helped)
@@ -111,7 +96,17 @@ class OrbitEnds:
         if left.size:
             ends = self.judged(cells[left], starts[left])
             status[left], labels[left], states[left] = ends.status, ends.labels, ends.states
-            arrival[left] = self._late(cells[left], starts[left], ends)
+            # those that end on cycles are followed again, until they come near these
+            cycles, periods = dict[int, list[Cycle]](), np.array([*map(period_of, ends.labels)])
+            closed = (periods > 0) & (ends.status == OK)
+            for n in np.unique(periods[closed]).tolist():
+                some = np.flatnonzero(closed & (periods == n))
+                sections = self.sections(cells[left[some]], ends.states[some], n)
+                for i, points in zip(left[some].tolist(), sections, strict=True):
+                    cycles[i] = [self._cycle(cells[i : i + 1], labels[i], points)]
+            late = np.array(sorted(cycles), int)
+            arrival[left] = -1
+            arrival[late] = self._stopped(cells[late], starts[late], late, cycles)[2]
         labels[status != OK] = "failed"
         values_by_name = {
             "attractor": np.full(len(cells), -1, np.int32),
@@ -184,18 +179,19 @@ class OrbitEnds:
         where = [0 * lanes if axis in scan.parameters else next(along) for axis in scan.axes]
         repeated = np.repeat(new, size)
         ends = self.judged(repeated, own_states(scan, repeated, where, lanes, tell=self._tell))
+        closed = np.array([period_of(label) > 0 for label in ends.labels]) & (ends.status == OK)
         for i, number in enumerate(numbers[is_new].tolist()):
-            some = Ends(*(column[i * size : (i + 1) * size] for column in ends))
-            self._known[number] = self._cycles(new[i : i + 1], some)
+            some = np.flatnonzero(closed[i * size : (i + 1) * size]) + i * size
+            system = self.system(new[i : i + 1], ends.states[some])
+            system.add(ends.labels[some], ends.states[some], some)
+            self._known[number] = self._cycles(new[i : i + 1], system.attractors)
 
-    def _cycles(self, cell: np.ndarray, ends: Ends) -> list[Cycle]:
-        closed = np.flatnonzero(_is_closed(ends))
-        system = self.system(cell, ends.states[closed])
-        system.add(ends.labels[closed], ends.states[closed], closed)
+    def _cycles(self, cell: np.ndarray, attractors: Sequence[Attractor]) -> list[Cycle]:
+        """Return the cycles of attractors, with radii within which orbits come nearer."""
         cycles = list[Cycle]()
-        for one in system.attractors:
+        for one in attractors:
             tree = one.tree(unit := self._amplitudes(cell, one.points))
-            others = [a.points[:, : unit.size] for a in system.attractors if a is not one]
+            others = [a.points[:, : unit.size] for a in attractors if a is not one]
             gaps = [float(tree.query(points / unit)[0].min()) for points in others]
             radius = max(min([RADIUS, *(GUARD * gap for gap in gaps)]), 1e-12)
             # orbits that begin so far from points of the cycle in random directions must come
@@ -252,23 +248,6 @@ class OrbitEnds:
         states[near] = points[firsts[chosen]]
         return labels, states, drawn.arrival, drawn.status
 
-    def _late(self, cells: np.ndarray, starts: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return the arrivals (n,) of orbits near the cycles on which they end, -1 for others."""
-        cycles, periods = dict[int, list[Cycle]](), np.array([*map(period_of, ends.labels)])
-        for n in np.unique(periods[_is_closed(ends)]).tolist():
-            chosen = np.flatnonzero(_is_closed(ends) & (periods == n))
-            sections = self.sections(cells[chosen], ends.states[chosen], n)
-            for i, points in zip(chosen.tolist(), sections, strict=True):
-                cycles[i] = [self._cycle(cells[i : i + 1], ends.labels[i], points)]
-        late, arrival = np.array(sorted(cycles), int), np.full(len(cells), -1)
-        arrival[late] = self._stopped(cells[late], starts[late], late, cycles)[2]
-        return arrival
-
-
-def _is_closed(ends: Ends) -> np.ndarray:
-    closed = np.array([period_of(label) > 0 for label in ends.labels], bool)
-    return closed & (ends.status == OK)
-
 
 def systems_of(scan: Scan, places: np.ndarray) -> np.ndarray:
     """Return the numbers (n,) of the systems to which cells belong, given by place in the scan."""
@@ -291,13 +270,10 @@ def kernel_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.nda
     return given_states(cells, Start(), dict(zip(scene.components, states.T, strict=True)), scene)
 
 
-NUMBER = "number"
-"""The dimension that counts attractors."""
+NUMBER = "number"  # the dimension that counts attractors
 
 
 class AttractorTable:
-    """The attractors of a scan as datasets."""
-
     def __init__(
         self,
         ends: OrbitEnds,
@@ -320,12 +296,10 @@ class AttractorTable:
         self._table = list(self._contents()) if self._count else []
 
     def joined(self) -> Table:
-        scan, size = self._scan.table, len(self._scan.system.scene.components)
-        if not self._count:
-            return scan
+        table, size = self._scan.table, len(self._scan.system.scene.components)
         lengths = {NUMBER: self._count, "multiplier": size, "part": 2, "component": size}
-        datasets = [*scan.datasets.values(), *(entry for entry, _ in self._table)]
-        return Table.of(datasets, {**scan.length, **lengths})
+        datasets = [*table.datasets.values(), *(entry for entry, _ in self._table)]
+        return Table.of(datasets, {**table.length, **lengths}) if self._count else table
 
     def scales(self) -> list[Scale]:
         size = len(self._scan.system.scene.components)
@@ -374,21 +348,19 @@ class AttractorTable:
 
         def filled(entry: Dataset, values: Any) -> tuple[Dataset, np.ndarray]:
             values = np.asarray(values, object if entry.dtype == "str" else None)
-            table = np.full(
-                (*self._shape, self._count, *values.shape[1:]), entry.fill, values.dtype
-            )
+            shape = (*self._shape, self._count, *values.shape[1:])
+            table = np.full(shape, entry.fill, values.dtype)
             table[where] = values
             return entry, table
 
-        labels = [attractor.label for attractor in attractors]
         text = "regime of the attractor; empty where it does not exist"
-        yield filled(Dataset.text("attractor_label", dims, text), labels)
+        yield filled(Dataset.text("attractor_label", dims, text), [one.label for one in attractors])
         text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
         yield filled(Dataset.whole("attractor_period", dims, text, -1), periods)
         if scene.walls:
             text = "impacts per nT of the attractor; -1 where it is not periodic"
             entry = Dataset.whole("attractor_impacts", dims, text, -1)
-            yield filled(entry, [impacts_of(label) for label in labels])
+            yield filled(entry, [impacts_of(one.label) for one in attractors])
         text = "a point of the attractor's section; NaN where it is not periodic"
         entry = Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
         points = user_states(cells, states, scene)
@@ -402,7 +374,20 @@ class AttractorTable:
         columns = (*dims, "multiplier", "part")
         entry = BY_NAME["multipliers"].dataset(columns, scene, prefix="attractor_")
         yield filled(entry, multipliers)
-        energies = self._energies(attractors, cells, states)
+        # the largest energies, on irregular attractors those of one orbit from its start
+        starts = states.copy()
+        for i, one in enumerate(attractors):
+            if not one.period and one.lanes[0] >= 0:
+                place, lane = np.divmod(one.lanes[:1], self._scan.starts)
+                at = np.unravel_index(place, self._scan.shape)
+                starts[i] = own_states(self._scan, cells[i : i + 1], at, lane)[0]
+        energies = np.empty((len(attractors), 2))
+        for n in np.unique(periods).tolist():
+            some = np.flatnonzero(periods == n)
+            span = (0, n) if n else (self._scan.transient, self._scan.periods)
+            energy = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span).energy
+            assert energy is not None
+            energies[some] = energy[:, 0]
         for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
             yield filled(BY_NAME[name].dataset(dims, scene, prefix="attractor_"), energies[:, i])
         counts = np.array([np.count_nonzero(one.lanes >= 0) for one in attractors])
@@ -412,22 +397,3 @@ class AttractorTable:
         text = "factor by which the distance that divides attractors may change without effect"
         entry = Dataset.real("attractor_margin", dims, "1", text)
         yield filled(entry, [one.margin for one in attractors])
-
-    def _energies(
-        self, attractors: list[Attractor], cells: np.ndarray, states: np.ndarray
-    ) -> np.ndarray:
-        """Return the largest E1 and E2 (n, 2) of attractors, on irregular ones of one orbit."""
-        starts, periods = states.copy(), np.array([one.period for one in attractors])
-        for i, one in enumerate(attractors):
-            if not one.period and one.lanes[0] >= 0:
-                place, lane = np.divmod(one.lanes[:1], self._scan.starts)
-                where = np.unravel_index(place, self._scan.shape)
-                starts[i] = own_states(self._scan, cells[i : i + 1], where, lane)[0]
-        energies = np.empty((len(attractors), 2))
-        for n in np.unique(periods).tolist():
-            some = np.flatnonzero(periods == n)
-            span = (0, n) if n else (self._scan.transient, self._scan.periods)
-            energy = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span).energy
-            assert energy is not None
-            energies[some] = energy[:, 0]
-        return energies

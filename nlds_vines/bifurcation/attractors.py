@@ -35,14 +35,9 @@ APART, PART = 5.0, 0.05
 """Clouds so far apart are two attractors: times the distance of neighbors within one cloud, and in
 sizes of a cloud; the greater counts."""
 
-CLOUD = 120
-"""Section points of a cloud."""
-
-PAIRS = 30
-"""Clouds that are compared in pairs at a time."""
-
-CLOUDS = 10
-"""Clouds of an attractor that is not periodic whose points are kept."""
+CLOUD = 120  # section points of a cloud
+PAIRS = 30  # clouds that are compared in pairs at a time
+CLOUDS = 10  # clouds of an attractor that is not periodic whose points are kept
 
 NEAR, FAR = 0.5, 0.3
 """Largest step of an attractor between two systems: relative to the distance of the next
@@ -133,8 +128,15 @@ class System:
         left = np.arange(lanes.size)
         new = [attractor for attractor in self.attractors if attractor.label == label]
         while left.size:
-            if new:
-                left = _join(new, self._gaps(new, states[left]), lanes, left)
+            if new:  # the median distances of the clouds of states to attractors
+                trees = [attractor.tree(self.unit) for attractor in new]
+                gaps = np.empty((left.size, len(trees)))
+                for first in range(0, left.size, 1000):  # so many clouds are in memory
+                    some = states[left[first : first + 1000]]
+                    clouds = _scaled(self.sections(some, CLOUD), self.unit)
+                    for row, cloud in zip(gaps[first:], clouds, strict=False):
+                        row[:] = [np.median(tree.query(cloud)[0]) for tree in trees]
+                left = _join(new, gaps, lanes, left)
             if left.size:
                 few = left[np.linspace(0, left.size - 1, min(PAIRS, left.size)).astype(int)]
                 new = self._clustered(label, states[few], lanes[few])
@@ -154,16 +156,6 @@ class System:
                 self.attractors.remove(other)
                 self._merge(label)
                 return
-
-    def _gaps(self, attractors: Sequence[Attractor], states: np.ndarray) -> np.ndarray:
-        """Return the median distances (n, attractors) of the clouds of states to attractors."""
-        trees = [attractor.tree(self.unit) for attractor in attractors]
-        gaps = np.empty((len(states), len(trees)))
-        for first in range(0, len(states), 1000):  # so many clouds are in memory
-            clouds = _scaled(self.sections(states[first : first + 1000], CLOUD), self.unit)
-            for row, cloud in zip(gaps[first:], clouds, strict=False):
-                row[:] = [np.median(tree.query(cloud)[0]) for tree in trees]
-        return gaps
 
     def _clustered(self, label: str, states: np.ndarray, lanes: np.ndarray) -> list[Attractor]:
         """Return the attractors of some clouds: single linkage by the distance of their points."""
@@ -287,12 +279,12 @@ class Numbering:
             numbers |= {number: left[place] for place, number in pairs.items()}
             left = [attractor for place, attractor in enumerate(left) if place not in pairs]
         new = max(self._last, default=-1) + 1
-        numbers |= dict(enumerate(sorted(left, key=_order), new))
+
+        def order(one: Attractor) -> tuple[object, ...]:
+            """Sort by n, k and position, which the order of the starts does not change."""
+            first = one.points[:, : one.unit.size].min(axis=0).tolist()
+            return one.period or np.inf, impacts_of(one.label), one.label, first
+
+        numbers |= dict(enumerate(sorted(left, key=order), new))
         self.table.append(dict(sorted(numbers.items())))
         self._last |= numbers
-
-
-def _order(attractor: Attractor) -> tuple[object, ...]:
-    """Return a sorting key by n, k and position, which the order of the starts does not change."""
-    first = attractor.points[:, : attractor.unit.size].min(axis=0).tolist()
-    return attractor.period or np.inf, impacts_of(attractor.label), attractor.label, first

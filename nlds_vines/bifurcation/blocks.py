@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 BLOCK_PERIODS = 200_000
 """Forcing periods in a block: some tenths of a second, which an interruption may lose."""
 
-MOST_BLOCKS = 4000
-"""Blocks of a scan: with many more, a folder of as many files becomes slow."""
+MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
 
 BLOCK_BYTES = 1 << 27
 """Bytes of one block while it is computed (128 MB): small beside the memory of any machine."""
@@ -66,10 +65,11 @@ def blocks_of(request: Scan | CurveRequest, shard: Shard | None = None) -> list[
     """
     blocks: list[Block] = []
     for case, scan in enumerate(request.scans):
-        rows, along = _block_sides(scan)
-        sides = [*(_spans(n, rows) for n in scan.shape[:-1]), _spans(scan.shape[-1], along)]
-        if scan is not request:
-            sides = [[(case, case + 1)], *sides]
+        sides = [] if scan is request else [[(case, case + 1)]]
+        for length, size in zip(scan.shape, _block_sides(scan)[-len(scan.shape) :], strict=True):
+            pieces = ceil(length / size)  # as equal as possible
+            edges = [length * i // pieces for i in range(pieces + 1)]
+            sides.append(list(pairwise(edges)))
         blocks += [Block(len(blocks) + i, slices) for i, slices in enumerate(product(*sides))]
     return blocks if shard is None else blocks[shard.blocks]
 
@@ -102,8 +102,7 @@ def lane_bytes(scan: Scan) -> int:
 
 
 def block_bytes(scan: Scan) -> int:
-    total = prod(scan.shape)
-    return result_bytes(scan) * _largest(scan) // total
+    return result_bytes(scan) * _largest(scan) // prod(scan.shape)
 
 
 def work_bytes(scan: Scan) -> int:
@@ -128,13 +127,6 @@ def _block_cells(scan: Scan) -> int:
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
     return max(1, min(by_time, by_size))
-
-
-def _spans(length: int, size: int) -> list[tuple[int, int]]:
-    """Return (first, last + 1) of pieces of at most `size`, as equal as possible."""
-    pieces = ceil(length / size)
-    edges = [length * i // pieces for i in range(pieces + 1)]
-    return list(pairwise(edges))
 
 
 # ---- memory and disk -----------------------------------------------------------------------------

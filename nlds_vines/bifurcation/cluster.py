@@ -15,8 +15,7 @@ from typing import Any
 
 from nlds_vines.errors import RequestError, shown
 
-CONNECT_SECONDS = 30.0
-"""Seconds to reach a scheduler."""
+CONNECT_SECONDS = 30.0  # seconds to reach a scheduler
 
 _UNREACHABLE = (OSError, ValueError, TypeError, RuntimeError, ImportError, TimeoutError)
 """The errors of a client: TypeError where it has no certificate for an address `tls://`."""
@@ -56,7 +55,26 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
             # pages need no credentials, and show paths and logs to every user of the machine
             pages = [f"distributed.{part}.http.routes" for part in ("scheduler", "worker")]
             stack.enter_context(dask.config.set({page: [] for page in pages}))
-            address = stack.enter_context(_local(int(scheduler.removeprefix("local:")), threads))
+            path = os.pathsep.join(filter(None, sys.path))  # workers find what is imported here
+            # whoever reaches a scheduler or a worker can run code there, so they listen on this
+            # machine alone, and speak with those only that have the certificate of this run
+            address = distributed.LocalCluster(
+                host="127.0.0.1",
+                protocol="tls://",
+                security=_security(),
+                n_workers=0,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                scheduler_kwargs={"dashboard": False},
+                local_directory=None,
+                silence_logs=50,  # a lost worker is no news here
+                env={"NUMBA_NUM_THREADS": str(threads or 1), "PYTHONPATH": path},
+            )
+            stack.enter_context(address)
+            # a cluster of a fixed size ends when a worker is killed while it starts
+            count = int(scheduler.removeprefix("local:"))
+            address.adapt(minimum=count, maximum=count)
         try:
             client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except _UNREACHABLE as error:
@@ -67,38 +85,8 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
         yield client
 
 
-def _local(workers: int, threads: int | None) -> Any:
-    """Return a cluster of `workers` processes here; those that end are replaced.
-
-    It adapts its size, because a cluster of a fixed size ends when a worker is killed while it
-    starts.  Whoever reaches a scheduler or a worker can run code there, so they listen on this
-    machine alone, and speak with those only that have the certificate of this run.
-    """
-    from distributed import LocalCluster
-
-    path = os.pathsep.join(filter(None, sys.path))  # workers find what this process imports
-    cluster = LocalCluster(
-        host="127.0.0.1",
-        protocol="tls://",
-        security=_security(),
-        n_workers=0,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address="127.0.0.1:0",
-        scheduler_kwargs={"dashboard": False},
-        local_directory=None,
-        silence_logs=50,  # a lost worker is no news here
-        env={"NUMBA_NUM_THREADS": str(threads or 1), "PYTHONPATH": path},
-    )
-    cluster.adapt(minimum=workers, maximum=workers)
-    return cluster
-
-
 def _security() -> Any:
-    """Return credentials of this run alone, by which scheduler, workers and client know each other.
-
-    Raises `RequestError` where cryptography, which makes them, is not installed.
-    """
+    """Return credentials of this run alone, for scheduler, workers and client."""
     from distributed.security import Security
 
     try:

@@ -14,14 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from nlds_vines.bifurcation.blocks import (
-    blocks_of,
-    counted,
-    refuse_without_room,
-    result_bytes,
-    share_in_words,
-    work_bytes,
-)
+from nlds_vines.bifurcation import blocks
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities, sample_panels
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
@@ -185,7 +178,7 @@ class Job(commands.Job):
 
     def refuse(self, dry_run: bool = False) -> None:
         super().refuse()
-        refuse_without_room(self.request, self.archive)
+        blocks.refuse_without_room(self.request, self.archive)
         if dry_run:
             super().refuse(dry_run)
 
@@ -203,7 +196,7 @@ class Job(commands.Job):
         scan = self.request
         grid = " x ".join(str(n) for n in scan.shape)
         each = scan.transient + scan.periods
-        share = [] if self.how.shard is None else [share_in_words(scan, self.how.shard)]
+        share = [] if self.how.shard is None else [blocks.share_in_words(scan, self.how.shard)]
         ranges = [f"axis:     {axis.heading()}" for axis in scan.axes]
         if scan.sampled is not None:
             ranges = [f"sampled:  {line}" for line in scan.sampled.ranges()]
@@ -211,11 +204,11 @@ class Job(commands.Job):
             scan.title,
             f"system:   {parameters_in_words(scan.system, scan.varied)}",
             *ranges,
-            f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
+            f"orbits:   {scan.lanes} ({grid} cells, {blocks.counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
-            f"results:  {size(result_bytes(scan))} before compression",
-            f"memory:   {size(work_bytes(scan))} of results at a time, "
-            f"{counted(len(blocks_of(scan)), 'block')}",
+            f"results:  {size(blocks.result_bytes(scan))} before compression",
+            f"memory:   {size(blocks.work_bytes(scan))} of results at a time, "
+            f"{blocks.counted(len(blocks.blocks_of(scan)), 'block')}",
             *share,
         ]
 

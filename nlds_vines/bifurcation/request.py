@@ -39,7 +39,6 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
     Form,
-    Merged,
     OneOf,
     Real,
     Request,
@@ -49,6 +48,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
+from nlds_vines.orbits import solver_settings
 from nlds_vines.orbits.records import (
     ATTRACTOR,
     STATUS_FLAGS,
@@ -61,14 +61,6 @@ from nlds_vines.orbits.records import (
     touches_noted,
 )
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
-from nlds_vines.orbits.solver_settings import (
-    EFFORTS,
-    FINENESS,
-    Settings,
-    chosen_settings,
-    method_setting,
-    tolerance_setting,
-)
 from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
 from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
@@ -133,24 +125,13 @@ def begins_at_sections(view: ArchiveView) -> bool:
     return PHASE not in view.axes and not start.get(PHASE)
 
 
-MOST_LANES = 10**8
-"""The most orbits of one scan: days of work on a large machine."""
-
-
-def refuse_too_many(shape: Sequence[int], starts: int) -> None:
-    cells = prod(shape)
-    if cells * starts > MOST_LANES:
-        sides = " x ".join(map(str, shape))
-        words = f" = {cells} cells" if len(shape) > 1 else " cells"
-        raise RequestError(
-            f"the scan has {sides}{words}, {cells * starts} orbits; allowed: up to {MOST_LANES}"
-        )
+MOST_LANES = 10**8  # the most orbits of one scan: days of work on a large machine
 
 
 def _for_experts(name: str, words: str) -> Any:
     """Return a setting that by default follows from the tolerance."""
     words += ", for experts, as [`nv.simulate`](python.md#options-of-simulate) takes them"
-    return setting(None, Checked(FINENESS[name]), "sampling", words)
+    return setting(None, Checked(solver_settings.FINENESS[name]), "sampling", words)
 
 
 @dataclass(frozen=True, repr=False)
@@ -202,12 +183,12 @@ class Scan(Request):
         600, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
     )
     periods: int = setting(120, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS")
-    method: str = method_setting()
+    method: str = solver_settings.method_setting()
     effort: str = setting(
-        "standard", OneOf(EFFORTS), "sampling",
+        "standard", OneOf(solver_settings.EFFORTS), "sampling",
         "of a verdict: `quick`, `standard` or `thorough`, see [Labels](scans.md)", "EFFORT",
     )  # fmt: skip
-    tolerance: float | str | None = tolerance_setting("sampling")
+    tolerance: float | str | None = solver_settings.tolerance_setting("sampling")
     signals: tuple[str, ...] = setting(
         (), Checked(checked_signals, listed=True), "spectrum",
         "what spectra are of: components of the state, or u = x2 - x1", usual="x1, u",
@@ -229,12 +210,11 @@ class Scan(Request):
     sampled: Samples | None = None
 
     def __post_init__(self) -> None:
-        """Check everything."""
         string("title", self.title)
+        axes = tuple(self.axes)
         if self.sampled is not None:
-            rows = np.arange(1.0, self.sampled.count + 1.0)
-            object.__setattr__(self, "axes", (Axis(SAMPLE, rows),))
-        object.__setattr__(self, "axes", tuple(self.axes))
+            axes = (Axis(SAMPLE, np.arange(1.0, self.sampled.count + 1.0)),)
+        object.__setattr__(self, "axes", axes)
         object.__setattr__(self, "system", self.system.with_axes(self.varied))
         check_settings(self)
         settings = self.settings
@@ -261,61 +241,59 @@ class Scan(Request):
         return names if self.sampled is None else self.sampled.names
 
     def _check_axes(self) -> None:
-        names = self.varied
-        refuse_twice(self.system.scene, names)
-        settable = (*self.system.scene.allowed, *ratios_in(self.system.scene))
-        self._check_initial([name for name in names if name not in settable])
+        names, scene, start = self.varied, self.system.scene, self.start
+        refuse_twice(scene, names)
+        settable, components = (*scene.allowed, *ratios_in(scene)), scene.components
+        if start.state and len(start.state) != len(components):
+            raise RequestError(
+                f"state has {len(start.state)} numbers; kind {self.system.kind!r} has the "
+                f"state {', '.join(components)}"
+            )
+        if PHASE in names and start.phase:
+            raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
+        # what is no parameter is an initial condition; the system names what replaces a parameter
+        for name in (name for name in names if name not in settable and name not in PARAMETERS):
+            allowed = (*components, PHASE)
+            if name not in INITIAL:
+                conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
+                kind = "axis" if self.sampled is None else "column"
+                raise unknown(kind, name, [*settable, *conditions])
+            if component_of(name) not in allowed:
+                raise RequestError(
+                    f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
+                )
+            if start.policy not in AT_ANY_PHASE:
+                raise RequestError(
+                    f"{name} is varied, so orbits begin at rest or in a given state but for that; "
+                    f"not with policy {start.policy!r}"
+                )
         if self.sampled is not None:
             for name in {*names} & {*INITIAL}:
                 INITIAL[name].check(self.sampled.columns[name])
             self.cells()
-            refuse_too_many(self.shape, self.starts)
-            return
-        if not 1 <= len(names) <= 2 or len(set(names)) < len(names):
+        elif not 1 <= len(names) <= 2 or len(set(names)) < len(names):
             raise RequestError(
                 f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
             )
-        for axis in self.axes:
-            if axis.name in INITIAL:
-                INITIAL[axis.name].check(axis.values[[0, -1]])
-        # ranges are intervals and K is monotonic in each constant: the corners cover the grid
-        self._grid([axis.values[[0, -1]] for axis in self.axes])
-        refuse_too_many(self.shape, self.starts)
+        else:
+            for axis in self.axes:
+                if axis.name in INITIAL:
+                    INITIAL[axis.name].check(axis.values[[0, -1]])
+            # ranges are intervals, K is monotonic in each constant: the corners cover the grid
+            self._grid([axis.values[[0, -1]] for axis in self.axes])
+        cells = prod(self.shape)
+        if self.lanes > MOST_LANES:
+            sides = " x ".join(map(str, self.shape))
+            words = f" = {cells} cells" if len(self.shape) > 1 else " cells"
+            raise RequestError(
+                f"the scan has {sides}{words}, {self.lanes} orbits; allowed: up to {MOST_LANES}"
+            )
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         """Return the cells of the grid for kernels, constant along axes of initial conditions."""
         varied = dict(zip((axis.name for axis in self.axes), np.ix_(*values), strict=True))
         varied = {name: value for name, value in varied.items() if name not in INITIAL}
         return np.broadcast_to(self.system.cells(varied), tuple(map(len, values)))
-
-    def _check_initial(self, names: Sequence[str]) -> None:
-        """Refuse the axes `names`, which are no parameters, unless orbits can begin so."""
-        components = self.system.scene.components
-        allowed = (*components, PHASE)
-        if self.start.state and len(self.start.state) != len(components):
-            raise RequestError(
-                f"state has {len(self.start.state)} numbers; kind {self.system.kind!r} has the "
-                f"state {', '.join(components)}"
-            )
-        if PHASE in names and self.start.phase:
-            raise RequestError(f"phase is varied, and phase = {self.start.phase!r} given: choose")
-        for name in names:
-            if name in PARAMETERS:
-                continue  # the system says what it has in place of it
-            if name not in INITIAL:
-                conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
-                scene = self.system.scene
-                names = [*scene.allowed, *ratios_in(scene), *conditions]
-                raise unknown("axis" if self.sampled is None else "column", name, names)
-            if component_of(name) not in allowed:
-                raise RequestError(
-                    f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
-                )
-            if self.start.policy not in AT_ANY_PHASE:
-                raise RequestError(
-                    f"{name} is varied, so orbits begin at rest or in a given state but for that; "
-                    f"not with policy {self.start.policy!r}"
-                )
 
     @property
     def parameters(self) -> tuple[Axis, ...]:
@@ -343,21 +321,19 @@ class Scan(Request):
         """
         if self.start.policy == "random":
             return []
-        values = {axis.name: axis.values for axis in self.axes}
-        if self.start.sweeps:
-            last = self.axes[-1]
-            ends = [0 if name == "up" else -1 for name in self.start.sweeps]
-            values[last.name] = last.values[ends]
-        grid: Sequence[np.ndarray] = np.meshgrid(*values.values(), indexing="ij", sparse=True)
         if self.sampled is not None:
-            values = dict(self.sampled.columns)
-            grid = [*values.values()]
-        places = dict(zip(values, grid, strict=True))
-        state: dict[str, Any] = dict(
-            zip(self.system.scene.components, self.start.state, strict=False)
-        )
-        state |= {component_of(name): places[name] for name in values if name in INITIAL}
-        shape = np.broadcast_shapes(*(part.shape for part in grid))
+            places = dict(self.sampled.columns)
+        else:
+            values = {axis.name: axis.values for axis in self.axes}
+            if self.start.sweeps:
+                last = self.axes[-1]
+                ends = [0 if name == "up" else -1 for name in self.start.sweeps]
+                values[last.name] = last.values[ends]
+            places = dict(zip(values, np.ix_(*values.values()), strict=True))
+        components = self.system.scene.components
+        state: dict[str, Any] = dict(zip(components, self.start.state, strict=False))
+        state |= {component_of(name): places[name] for name in places if name in INITIAL}
+        shape = np.broadcast_shapes(*(part.shape for part in places.values()))
         parameters = {**self.system.parameters, **places}
         return starts_inside(self.system.scene, parameters, state, shape)
 
@@ -374,9 +350,11 @@ class Scan(Request):
         yield "recorded", ", ".join(self.want)
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> solver_settings.Settings:
         """How finely the method computes."""
-        return chosen_settings(self.method, {name: getattr(self, name) for name in FINENESS})
+        return solver_settings.chosen_settings(
+            self.method, {name: getattr(self, name) for name in solver_settings.FINENESS}
+        )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -403,13 +381,9 @@ class Scan(Request):
     @cached_property
     def spectral(self) -> SpectralRecords | None:
         """The records of spectra; None without any."""
-        want = spectral(self.want)
-        if not want:
-            return None
-        return SpectralRecords(
-            want, self.system.scene, self.signals, self.periods, self.samples, self.highest,
-            self.window,
-        )  # fmt: skip
+        want, scene = spectral(self.want), self.system.scene
+        sampling = self.periods, self.samples, self.highest, self.window
+        return SpectralRecords(want, scene, self.signals, *sampling) if want else None
 
     @property
     def scans(self) -> list[Scan]:
@@ -457,16 +431,15 @@ class Scan(Request):
             start["state"] = list(self.start.state)
         if self.start.phase:
             start["phase"] = self.start.phase
-        if self.sampled is None:
-            varied: dict[str, Any] = {
-                "vary": {name: entry for axis in self.axes for name, entry in axis.entry().items()}
-            }
-        else:
-            varied = {"samples": self.sampled.document()}
+        varied: dict[str, Any] = {}
+        for axis in self.axes if self.sampled is None else ():
+            varied |= axis.entry()
+        if self.sampled is not None:
+            varied = self.sampled.document()
         return {
             "title": self.title,
             "system": self.system.to_table(),
-            **varied,
+            "vary" if self.sampled is None else "samples": varied,
             "start": start,
             "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
@@ -488,8 +461,7 @@ FORM = Form(
 )
 """The tables and keys of a scan file."""
 
-DEFAULT_FILE = "figure8.toml"
-"""The packaged scan that is computed unless another one is given."""
+DEFAULT_FILE = "figure8.toml"  # the packaged scan that is computed unless another one is given
 
 
 def load_scan(
@@ -551,8 +523,9 @@ def load_scan(
             refuse_impossible(asked, system.scene)
     with at(request.place("sampling")):
         sampling = request.values.get("sampling", {})
-        chosen_settings(
-            sampling.get("method", Scan.method), {name: sampling.get(name) for name in FINENESS}
+        solver_settings.chosen_settings(
+            sampling.get("method", Scan.method),
+            {name: sampling.get(name) for name in solver_settings.FINENESS},
         )
     with at(request.place("vary")):
         changing = meant_by(system.scene, [axis.name for axis in axes])
@@ -560,11 +533,18 @@ def load_scan(
         axes = axes_of_parameters(axes, system.scene, system.parameters, changing)
     title = request.title("system", "set", "vary", "samples")
     if title is None:
-        names = [axis.name for axis in axes] if sampled is None else sampled.names
-        count = "" if sampled is None else f"{sampled.count} samples of "
-        stated = names if sampled is not None else [axis.as_stated.name for axis in axes]
-        symbols = count + ", ".join(map(symbol_of, stated))
-        title = _made_up_title(request, system, names, symbols)
+        if sampled is None:
+            names = [axis.name for axis in axes]
+            symbols = ", ".join(symbol_of(axis.as_stated.name) for axis in axes)
+        else:
+            names = list(sampled.names)
+            symbols = f"{sampled.count} samples of {', '.join(map(symbol_of, names))}"
+        bare = system.with_axes(names)  # without a force, where the ground's motion varies
+        settings = {name for _, layer in request.layers for name in layer.get("set", {})}
+        settings |= {*meant_by(bare.scene, settings)}
+        settings &= bare.statements.keys() - {*names}
+        words = [setting_in_words(name, bare.statements[name]) for name in sorted(settings)]
+        title = f"{', '.join([system_in_words(bare), *words])}: {symbols}"
     return request.make(
         Scan,
         request.place(kind),
@@ -575,12 +555,3 @@ def load_scan(
         start=start,
         sampled=sampled,
     )
-
-
-def _made_up_title(request: Merged, system: System, varied: Sequence[str], symbols: str) -> str:
-    """Return a title of the system, the parameters that are set, and the symbols of the varied."""
-    system = system.with_axes(varied)  # without a force, where the ground's motion varies
-    settings = {name for _, layer in request.layers for name in layer.get("set", {})}
-    names = {*settings, *meant_by(system.scene, settings)} & system.statements.keys()
-    words = [setting_in_words(n, system.statements[n]) for n in sorted(names - {*varied})]
-    return f"{', '.join([system_in_words(system), *words])}: {symbols}"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,13 +20,7 @@ from nlds_vines.errors import RequestError, at, number, shown, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.ratios import ratios_in
-from nlds_vines.orbits.starts import (
-    given_states,
-    put_on_walls,
-    random_states,
-    start_states,
-    user_states,
-)
+from nlds_vines.orbits import starts
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -98,7 +92,7 @@ def begun(
     """
     phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
     components = {name: values for name, values in initial.items() if name != PHASE}
-    states = given_states(cells, scan.start, components, scan.system.scene)
+    states = starts.given_states(cells, scan.start, components, scan.system.scene)
     if PHASE not in initial and not scan.start.phase:
         return states
     from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
@@ -106,11 +100,8 @@ def begun(
     return at_section(scan.system.scene, (scan.method, scan.settings), cells, states, phases, tell)
 
 
-STEP = {"up": 1, "down": -1}
-"""The step of a sweep along the last axis, whose values ascend."""
-
-Place = tuple[int, ...]
-"""The index of a cell along each axis."""
+STEP = {"up": 1, "down": -1}  # the step of a sweep along the last axis, whose values ascend
+Place = tuple[int, ...]  # the index of a cell along each axis
 
 
 class CellStart(NamedTuple):
@@ -152,8 +143,8 @@ def own_states(
     """
     if scan.start.policy != "random":
         return begun(scan, cells, scan.initial(where), tell)
-    chosen = (start_states(scan.start) if draws is None else draws)[lanes]
-    return random_states(cells, chosen[:, np.newaxis], scan.system.scene)[:, 0]
+    chosen = (starts.start_states(scan.start) if draws is None else draws)[lanes]
+    return starts.random_states(cells, chosen[:, np.newaxis], scan.system.scene)[:, 0]
 
 
 def own_state(scan: Scan, cell: np.ndarray, place: Place, lane: int) -> np.ndarray:
@@ -214,8 +205,8 @@ def recorded_start(
         words = "the start of the sliders" if moved else words
         initial = {component_of(name): np.array([value]) for name, value in values.items()}
         state = begun(scan, cell, initial)
-    state = put_on_walls(cell, state, system.scene)
-    state = user_states(cell, state, system.scene)[0]
+    state = starts.put_on_walls(cell, state, system.scene)
+    state = starts.user_states(cell, state, system.scene)[0]
     return CellStart(tuple(state.tolist()), words or "the given state")
 
 
@@ -241,8 +232,6 @@ class CellOrbit:
         So each period is traced by itself, from the orbit without such states: its section is that
         of the scan.
         """
-        from nlds_vines.orbits.simulation import Orbit
-
         count, walls = end - begin, self.begin.system.scene.walls
         words = ("section", "impacts") if walls else ("section",)
         whole_orbit = self.begin.follow(words, begin, count, quiet=quiet)
@@ -252,19 +241,9 @@ class CellOrbit:
             one = self.begin.after(begin + i).follow(("trajectory",), 0, 1, samples)
             states[i] = one.trajectory
             states[i, -1] = whole_orbit.section[i]
-        time = (begin * samples + 1 + np.arange(count * samples)) * (
-            self.begin.system.period / samples
-        )
-        return Orbit(
-            system=whole_orbit.system,
-            state=whole_orbit.state,
-            section=whole_orbit.section,
-            impacts=whole_orbit.impacts,
-            violation=whole_orbit.violation,
-            trajectory=states.reshape(count * samples, -1),
-            time=time,
-            transient=begin,
-        )
+        steps = begin * samples + 1 + np.arange(count * samples)
+        time = steps * (self.begin.system.period / samples)
+        return replace(whole_orbit, trajectory=states.reshape(count * samples, -1), time=time)
 
 
 def orbit_of(
@@ -326,7 +305,7 @@ def cell_orbit(
         with read(archive) as view:
             return cell_orbit(view, values, start)
     from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-    from nlds_vines.orbits.simulation import Beginning
+    from nlds_vines.orbits.simulation import Beginning, IntegrationError
 
     scan = scan_of(archive)
     names, is_name = scan.start.names, isinstance(start, str) and not start.isdecimal()
@@ -335,12 +314,21 @@ def cell_orbit(
     number = int(start) if isinstance(start, str) and not is_name else start
     lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
-    system, cell = system_at(scan, place), _record(cells, place)
-    begin = Beginning(system, scan.method, scan.settings, cell, np.zeros(STATE_SIZE))
-    if scan.start.sweeps:
-        begin = _swept(scan, cells, place, lane, begin)
-    else:
+    # an orbit of a sweep follows the cells before it, of which the first begins at rest
+    first, *others = *swept_before(scan, place, lane), place
+    system, cell, rest = system_at(scan, place), _record(cells, first), np.zeros(STATE_SIZE)
+    begin = Beginning(system, scan.method, scan.settings, cell, rest)
+    if not scan.start.sweeps:
         begin.state[:4] = own_state(scan, cells[place].reshape(1), place, lane)
+    for one in others:
+        cell = _record(cells, one)
+        try:
+            state = begin.after(scan.transient + scan.periods).state
+            state[2] += cell.rest - begin.cell.rest  # the displacement is carried over
+            state[4:] = 0.0  # the contact follows from r and s in this cell
+        except IntegrationError:
+            state = np.zeros(STATE_SIZE)
+        begin = begin._replace(cell=cell, state=state)
     label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
     return CellOrbit(scan, begin, scan.start.names[lane], label)
 
@@ -381,21 +369,3 @@ def nearest_place(
             raise RequestError(f"{axis.name} = {value!r} lies outside the scan: {span}")
         place.append(int(np.abs(grid - value).argmin()))
     return tuple(place)
-
-
-def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginning) -> Beginning:
-    """Return the beginning of an orbit that follows the cells before it in a sweep."""
-    from nlds_vines.orbits.simulation import IntegrationError
-
-    first, *others = *swept_before(scan, place, lane), place
-    before = begin._replace(cell=_record(cells, first))
-    for one in others:
-        cell = _record(cells, one)
-        try:
-            state = before.after(scan.transient + scan.periods).state
-            state[2] += cell.rest - before.cell.rest  # the displacement is carried over
-            state[4:] = 0.0  # the contact follows from r and s in this cell
-        except IntegrationError:
-            state = np.zeros(begin.state.size)
-        before = before._replace(cell=cell, state=state)
-    return begin._replace(state=before.state)

@@ -11,7 +11,7 @@ import platform
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
@@ -33,18 +33,10 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, KEPT, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits import responses
+from nlds_vines.orbits import records, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.records import (
-    ATTRACTOR,
-    OK,
-    failures_in,
-    failures_in_words,
-    modulation_of,
-    plain,
-)
-from nlds_vines.orbits.solver_settings import Settings, most_watched
+from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.runs import interrupts
@@ -57,9 +49,7 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.attractor_ends import OrbitEnds
 
 _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
-
-COUNTED = ("status", "label", "violations", "violation_depth")
-"""The datasets that a tally looks at."""
+COUNTED = ("status", "label", "violations", "violation_depth")  # the datasets that a tally looks at
 
 
 @dataclass
@@ -75,7 +65,7 @@ class Tally:
     def note(self, arrays: Mapping[str, np.ndarray]) -> None:
         status = arrays["status"]
         self.lanes += status.size
-        self.failures += failures_in(status)
+        self.failures += records.failures_in(status)
         if "label" in arrays:
             self.labels.update(arrays["label"].ravel().tolist())
         if "violations" in arrays:
@@ -118,10 +108,10 @@ def spectral_summary(view: ArchiveView) -> str:
     return f"spectra disagree: {of}" + (f": {', '.join(words)}{ellipsis}" if words else "")
 
 
-def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
-    """Return the records that a scan wants of whole orbits; `settings` None means its own."""
-    settings = scan.settings if settings is None else settings
-    return Wanted(scan.system.scene, plain(scan.want), scan.method, scan.effort, settings)
+def wanted_of(scan: Scan) -> Wanted:
+    """Return the records that a scan wants of whole orbits."""
+    words, scene = records.plain(scan.want), scan.system.scene
+    return Wanted(scene, words, scan.method, scan.effort, scan.settings)
 
 
 class Cases:
@@ -162,20 +152,13 @@ class Cases:
 class Computer:
     """Computes blocks of one scan; cells, starts and kernels are prepared once."""
 
-    def __init__(
-        self,
-        scan: Scan,
-        settings: Settings | None = None,
-        tell: Tell | None = None,
-        *,
-        helped: bool = True,
-    ) -> None:
+    def __init__(self, scan: Scan, tell: Tell | None = None, *, helped: bool = True) -> None:
         self.scan = scan
         self._cells, self._tell = scan.cells(), tell
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
-        wanted = wanted_of(scan, settings)
+        wanted = wanted_of(scan)
         self.ends: OrbitEnds | None = None
-        if ATTRACTOR in scan.want:
+        if records.ATTRACTOR in scan.want:
             from nlds_vines.bifurcation.attractor_ends import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
@@ -226,7 +209,7 @@ class Computer:
         if self._spectral is not None and self._traced is not None:  # the same at more instants
             span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
             states, status = self._traced.states(chains, starts, span)
-            spectra = arrays_of(self._spectral, states, status == OK, self.scan.transient)
+            spectra = arrays_of(self._spectral, states, status == records.OK, self.scan.transient)
             arrays |= {"status": status, **spectra}
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
@@ -235,13 +218,10 @@ class Computer:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
         if "spectra_agree" in self.scan.table.datasets:
-            arrays["spectra_agree"] = agreement(
-                arrays["regime"],
-                arrays["periodicity"],
-                arrays["spectral_label"],
-                self.scan.periods,
-            )
-        failed = arrays["status"] != OK
+            regimes, n = arrays["regime"], arrays["periodicity"]
+            spectral, periods = arrays["spectral_label"], self.scan.periods
+            arrays["spectra_agree"] = agreement(regimes, n, spectral, periods)
+        failed = arrays["status"] != records.OK
         for name, dataset in self.scan.table.datasets.items():
             values = arrays[name]
             if name not in _KNOWN and failed.any():
@@ -286,11 +266,11 @@ class Computer:
             arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
         if outputs.counts is not None:
             arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
-        if outputs.counts is not None and "modulation" in self.scan.want:
-            assert outputs.section is not None
-            section = outputs.section[:, :, -self.scan.periods :]
-            with np.errstate(all="ignore"):  # lanes that failed hold anything
-                arrays |= modulation_of(section, cells["omega"], outputs.counts)
+            if "modulation" in self.scan.want:
+                assert outputs.section is not None
+                section = outputs.section[:, :, -self.scan.periods :]
+                with np.errstate(all="ignore"):  # lanes that failed hold anything
+                    arrays |= records.modulation_of(section, cells["omega"], outputs.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
         return arrays
@@ -303,8 +283,7 @@ _KNOWN = ("status", "regime", "label", "start_state")
 """The datasets that also say something of an orbit that failed."""
 
 
-AHEAD_BYTES = 1 << 30
-"""Bytes of finished blocks (1 GB) that may wait for this process to save them."""
+AHEAD_BYTES = 1 << 30  # bytes of finished blocks (1 GB) that may wait for this process to save them
 
 
 @dataclass
@@ -320,8 +299,8 @@ class Report:
     tally: Tally = field(default_factory=Tally)
 
     def why_failed(self) -> str:
-        """Return how many orbits failed, why, and the remedy; empty if none did."""
-        return failures_in_words(self.tally.failures, self.tally.lanes)
+        """Return how many orbits failed, why, and the remedy; empty if none failed."""
+        return records.failures_in_words(self.tally.failures, self.tally.lanes)
 
     def note_archive(self) -> None:
         """Count the orbits of an archive that was complete already."""
@@ -384,11 +363,11 @@ def run(
                 report.tally.note(arrays)
         lanes = scan.starts * sum(block.cells for block in selected)
         with Progress(lanes, "orbit", done=report.tally.lanes, quiet=how.quiet) as progress:
-            computer: Computer | Cases = (
-                Computer(request, tell=progress.wait)
-                if isinstance(request, Scan)
-                else Cases(request, progress.wait, cached)
-            )
+            computer: Computer | Cases
+            if isinstance(request, Scan):
+                computer = Computer(request, tell=progress.wait)
+            else:
+                computer = Cases(request, progress.wait, cached)
             if how.executor is None and how.scheduler is None:
                 _save(store, ((b, *_timed(computer, b)) for b in left), report.tally, progress)
             elif left:
@@ -398,8 +377,12 @@ def run(
                     from nlds_vines.bifurcation.cluster import workers
 
                     pool_of = workers(how.scheduler, how.threads)
+                makers, by_index = provenance.makers(), {block.index: block for block in left}
+                compute = partial(compute_block, request.to_toml(), how.threads or 1, makers)
+                ahead = max(2, min(1000, AHEAD_BYTES // max(1, block_bytes(request))))
                 with pool_of as pool:
-                    results = _by_workers(request, left, pool, how.threads or 1)
+                    pairs = as_finished(pool, compute, by_index, ahead)
+                    results = ((by_index[index], *result) for index, result in pairs)
                     _save(store, results, report.tally, progress)
                 use_threads(how.threads)  # workers that are threads of this process took others
         report.missing = len(store.missing(block.index for block in every))
@@ -451,17 +434,6 @@ def _timed(computer: Computer | Cases, block: Block) -> tuple[dict[str, np.ndarr
 # ---- on workers ----------------------------------------------------------------------------------
 
 
-def _by_workers(
-    scan: Scan, blocks: Sequence[Block], pool: Executor, threads: int
-) -> Iterator[tuple[Block, dict[str, np.ndarray], float]]:
-    """Yield each block with its datasets and its seconds, as workers finish them."""
-    compute = partial(compute_block, scan.to_toml(), threads, provenance.makers())
-    ahead = max(2, min(1000, AHEAD_BYTES // max(1, block_bytes(scan))))
-    by_index = {block.index: block for block in blocks}
-    for index, (arrays, seconds) in as_finished(pool, compute, by_index, ahead):
-        yield by_index[index], arrays, seconds
-
-
 def compute_block(
     toml: str, threads: int, asked_by: Mapping[str, str], index: int
 ) -> tuple[dict[str, np.ndarray], float]:
@@ -498,7 +470,7 @@ def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Bloc
             yield block, arrays
 
     table, scales, attractors = request.table, list(request.scales()), None
-    if isinstance(request, Scan) and ATTRACTOR in request.want:
+    if isinstance(request, Scan) and records.ATTRACTOR in request.want:
         from nlds_vines.bifurcation.attractor_ends import AttractorTable
 
         ends = Computer(request, helped=False).ends

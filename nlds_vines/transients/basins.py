@@ -7,7 +7,6 @@ the number of its attractor, -1 where it is not known.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,11 +33,8 @@ almost everywhere, and two basins have no more (Daza et al. 2016, eq. 9)."""
 PARTS = 4
 """Parts of each side of the plane; the squares between them are left out in turn for an error."""
 
-ERRORS = 3.0
-"""Standard errors by which the exponent of a fractal boundary is less than one."""
-
-SIDE = 32
-"""Cells along the shorter side of a plane that has an uncertainty exponent, at least."""
+ERRORS = 3.0  # standard errors by which the exponent of a fractal boundary is less than one
+SIDE = 32  # cells along the shorter side of a plane that has an uncertainty exponent, at least
 
 IN_PLANE = 1e-6
 """Distance of an attractor's point from a plane, relative to the point, that counts as none."""
@@ -129,32 +125,24 @@ def uncertainty_exponent(plane: np.ndarray) -> Uncertainty:
     Yorke, Physica D 17, 125 (1985).
     """
     distances = 2 ** np.arange((min(plane.shape) // 8).bit_length())
-    pieces = _pairs(plane, distances)
-    total = pieces.sum(axis=0)
-    without = np.array([_slope(distances, total - piece) for piece in pieces])
-    factor = (len(pieces) - 1) / len(pieces)  # of the jackknife's variance
-    error = float(np.sqrt(factor * np.sum((without - without.mean()) ** 2)))
-    return Uncertainty(_slope(distances, total), error, distances, _shares(total))
-
-
-def _pairs(plane: np.ndarray, distances: np.ndarray) -> np.ndarray:
-    """Return the numbers of differing pairs and of pairs, in rows and columns: (parts, m, 2, 2).
-
-    The first cells of the pairs are the same for each distance, so that a boundary near the end of
-    the plane has the same weight for all of them.
-    """
-    most = int(distances[-1])
-    counts = np.zeros((PARTS * PARTS, distances.size, 2, 2))
+    # numbers of differing pairs, and of pairs: in parts of the plane, by distance, along rows and
+    # columns; the first cells of the pairs are the same for each distance, so that a boundary near
+    # the end of the plane has the same weight for all of them
+    pieces = np.zeros((PARTS * PARTS, distances.size, 2, 2))
     for direction, turned in enumerate((plane, plane.T)):
-        first = turned[:, : turned.shape[1] - most]
+        first = turned[:, : turned.shape[1] - int(distances[-1])]
         for i, d in enumerate(distances):
             second = turned[:, d : d + first.shape[1]]
             both_attractors = (first >= 0) & (second >= 0)
             for kind, cells in enumerate((both_attractors & (first != second), both_attractors)):
                 bands = np.array_split(cells, PARTS)
                 parts = [part for band in bands for part in np.array_split(band, PARTS, axis=1)]
-                counts[:, i, direction, kind] = [np.count_nonzero(part) for part in parts]
-    return counts
+                pieces[:, i, direction, kind] = [np.count_nonzero(part) for part in parts]
+    total = pieces.sum(axis=0)
+    without = np.array([_slope(distances, total - piece) for piece in pieces])
+    factor = (len(pieces) - 1) / len(pieces)  # of the jackknife's variance
+    error = float(np.sqrt(factor * np.sum((without - without.mean()) ** 2)))
+    return Uncertainty(_slope(distances, total), error, distances, _shares(total))
 
 
 def _shares(pairs: np.ndarray) -> np.ndarray:
@@ -306,32 +294,28 @@ def basin_measures(
     axes = tuple(name for name in archive.axes if name in INITIAL)
     plane = attractor[..., 0] if len(axes) == 2 else np.zeros((0, 0), int)
     chosen = ", ".join(f"{name} = {archive[name][i]:g}" for name, i in where.items())
+    has_labels, basins = "attractor_label" in archive, list[Basin]()
+    labels = archive.take("attractor_label", **where) if has_labels else np.zeros(0)
+    for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:
+        count = int(np.count_nonzero(attractor == k))
+        if k < 0 and not count:
+            continue
+        low, high = (float("nan"),) * 2
+        if attractor.shape[-1] > 1 and not axes:  # starts that were drawn at random
+            low, high = share_interval(count, attractor.size)
+        has_steps = k >= 0 and len(axes) == 2 and begins_at_sections(archive)
+        near = _nearest(archive, attractor, where, axes, k) if has_steps else None
+        label = str(labels[k]) if k >= 0 else "not known"
+        basins.append(Basin(k, label, count, attractor.size, low, high, *(near or ())))
     return Basins(
         title=archive.text("title") + (f", {chosen}" if chosen else ""),
-        basins=tuple(_basins(archive, attractor, where, axes)),
+        basins=tuple(basins),
         entropy=basin_entropy(plane, side) if min(plane.shape) >= side else None,
         uncertainty=uncertainty_exponent(plane) if min(plane.shape) >= SIDE else None,
         attractor=attractor,
         arrival=arrival,
         axes=axes,
     )
-
-
-def _basins(
-    view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...]
-) -> Iterator[Basin]:
-    labels = view.take("attractor_label", **where) if "attractor_label" in view else np.zeros(0)
-    is_plane, is_drawn = len(axes) == 2 and begins_at_sections(view), attractor.shape[-1] > 1
-    for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:
-        count = int(np.count_nonzero(attractor == k))
-        if k < 0 and not count:
-            continue
-        low, high = (float("nan"),) * 2
-        if is_drawn and not axes:
-            low, high = share_interval(count, attractor.size)
-        near = _nearest(view, attractor, where, axes, k) if is_plane and k >= 0 else None
-        label = str(labels[k]) if k >= 0 else "not known"
-        yield Basin(k, label, count, attractor.size, low, high, *(near or ()))
 
 
 def _nearest(

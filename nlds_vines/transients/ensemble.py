@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 DELAY = 50.0
 """Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
 
-LEVEL = 0.95
-"""Confidence of all intervals, by default."""
+LEVEL = 0.95  # confidence of all intervals, by default
 
 NEEDED = ("label", "settling", "watched")
 """The datasets that an archive must hold; they are those of regime, settling and evidence."""

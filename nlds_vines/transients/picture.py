@@ -143,5 +143,4 @@ def picture(delay: float = DELAY) -> Picture:
     )
 
 
-PICTURE = picture()
-"""What draws the archive of an ensemble."""
+PICTURE = picture()  # what draws the archive of an ensemble

@@ -28,19 +28,13 @@ if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
 
-SIGNAL = "signal"
-"""The dimension along which numbers of spectra differ in what they are of."""
-
-SECTION = "section"
-"""The dataset whose components are quantities of their own."""
-
+SIGNAL = "signal"  # the dimension along which numbers of spectra differ in what they are of
+SECTION = "section"  # the dataset whose components are quantities of their own
 _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A recorded quantity that can be drawn over the varied parameters."""
-
     name: str  # the word of `--show`: a dataset, or a component of the section
     dataset: str
     units: str
@@ -110,8 +104,6 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
 
 @dataclass(frozen=True)
 class Slice:
-    """Results along one varied parameter."""
-
     view: ArchiveView
     axis: str  # the parameter on the abscissa
     at: Mapping[str, int] = field(default_factory=dict)  # of another parameter: name and index
@@ -148,8 +140,7 @@ def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.nd
 
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
-BASINS = "basins"
-"""The choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`."""
+BASINS = "basins"  # the choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`
 
 LOG, LINEAR = WAYS = "log:", "linear:"
 """What may stand before a number of a map, to choose how it becomes shades: `log:E1max`."""

@@ -152,10 +152,20 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
     place = list(panels_of(request)).index(name)
     panel = place + 1 if len(request.panels) > 1 else 1
     curves = [curve for curve in results.curves if curve.case.panel == panel]
-    if name == REDUCTION:
-        _draw_reduction(frame, curves)
+    if name == REDUCTION:  # by each damper in percent, from -100 % on; zero is marked
+        frame.axhline(0, color=RESONANCE, linewidth=0.7, zorder=2)
+        curves = [curve for curve in curves if REDUCTION in curve.numbers]
+        curves = [curve for curve in curves if curve.case.scan.system.scene.damper]
+        for curve in curves:
+            _draw_curve(frame, curve, 100 * curve.numbers[REDUCTION], _look_of(curve.case))
+        low, high = frame.get_ylim()
+        frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
+        below = [(c, c.values[100 * c[REDUCTION] < _LEAST_REDUCTION]) for c in curves]
+        _mark_below(frame, below, f"below \N{MINUS SIGN}{-_LEAST_REDUCTION:g} %")
+        frame.set_ylabel("reduction [%]")
     else:
-        _draw_quantity(frame, curves, request, request.show[place if len(request.show) > 1 else 0])
+        shown = request.show[place if len(request.show) > 1 else 0]
+        _draw_quantity(frame, curves, request, shown)
     if request.values.size > 1:
         frame.set_xlim(*request.values[[0, -1]])
     frame.tick_params(top=True, right=True)
@@ -165,9 +175,7 @@ def _draw_quantity(
     frame: Axes, curves: Sequence[ResponseCurve], request: CurveRequest, name: str
 ) -> None:
     for curve in curves:
-        if curve.case.shade and "impact_count" in curve.numbers:
-            _shade_impacts(frame, curve)
-        _shade_windows(frame, curve, name)
+        _shade(frame, curve, name)
     natural = _natural_frequencies([curve.case for curve in curves], request)
     for frequency, color in natural.items():  # one line, or a tick for each of several
         line: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
@@ -196,20 +204,6 @@ def _draw_quantity(
             m1, k1, _ = case.scan.system.structure
             look = _MANIFOLD | {"color": case.color, "scalex": False, "scaley": False}
             frame.plot(across, _OF_HARMONIC[name](m1, k1, across, amplitude), **look)
-
-
-def _draw_reduction(frame: Axes, curves: Sequence[ResponseCurve]) -> None:
-    """Draw the reduction by each damper in percent, from -100 % on; zero is marked."""
-    frame.axhline(0, color=RESONANCE, linewidth=0.7, zorder=2)
-    curves = [curve for curve in curves if REDUCTION in curve.numbers]
-    curves = [curve for curve in curves if curve.case.scan.system.scene.damper]
-    for curve in curves:
-        _draw_curve(frame, curve, 100 * curve.numbers[REDUCTION], _look_of(curve.case))
-    low, high = frame.get_ylim()
-    frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
-    below = [(c, c.values[100 * c[REDUCTION] < _LEAST_REDUCTION]) for c in curves]
-    _mark_below(frame, below, f"below \N{MINUS SIGN}{-_LEAST_REDUCTION:g} %")
-    frame.set_ylabel("reduction [%]")
 
 
 def _draw_curve(
@@ -257,9 +251,22 @@ def _mark_below(frame: Axes, below: Sequence[tuple[ResponseCurve, np.ndarray]], 
         frame.text(0.01, 0.05, text, fontsize=7, **at)
 
 
-def _shade_windows(frame: Axes, curve: ResponseCurve, name: str) -> None:
-    """Shade where two sweeps differ, by value or nT,k, and where the response is irregular."""
-    windows = np.zeros(curve.values.size, dtype=bool)
+def _shade(frame: Axes, curve: ResponseCurve, name: str) -> None:
+    """Fill where there are impacts, with bounds or a line at windows without impacts.
+
+    Shade where two sweeps differ, by value or nT,k, and where the response is irregular.
+    """
+    values = curve.values
+    if curve.case.shade and "impact_count" in curve.numbers:
+        for band in bands(values, np.where(curve["impact_count"] > 0, "impacts", "none")):
+            if band.label == "impacts":
+                frame.axvspan(band.low, band.high, color=IMPACTS, linewidth=0, zorder=0)
+            elif band.width >= _VISIBLE * (values[-1] - values[0]):
+                frame.axvline(band.low, **_BOUND)
+                frame.axvline(band.high, **_BOUND)
+            else:
+                frame.axvline(band.center, **_NARROW_BOUND)
+    windows = np.zeros(values.size, dtype=bool)
     if "regime" in curve.numbers:
         windows |= np.isin(curve["regime"], _MODULATED)
     if name in curve.numbers and curve.case.scan.starts > 1:
@@ -267,22 +274,9 @@ def _shade_windows(frame: Axes, curve: ResponseCurve, name: str) -> None:
         windows |= np.abs(up - down) > _ALIKE * float(np.nanmax(np.fmax(up, down), initial=0.0))
         if (cycles := curve.cycles()).size:
             windows |= cycles != curve.cycles(1)
-    for band in bands(curve.values, np.where(windows, "shaded", "")):
+    for band in bands(values, np.where(windows, "shaded", "")):
         if band.label:
             frame.axvspan(band.low, band.high, color=curve.case.color, **_WINDOW)
-
-
-def _shade_impacts(frame: Axes, curve: ResponseCurve) -> None:
-    """Fill where there are impacts; mark windows without impacts by bounds or one line."""
-    values = curve.values
-    for band in bands(values, np.where(curve["impact_count"] > 0, "impacts", "none")):
-        if band.label == "impacts":
-            frame.axvspan(band.low, band.high, color=IMPACTS, linewidth=0, zorder=0)
-        elif band.width >= _VISIBLE * (values[-1] - values[0]):
-            for bound in (band.low, band.high):
-                frame.axvline(bound, **_BOUND)
-        else:
-            frame.axvline(band.center, **_NARROW_BOUND)
 
 
 def _natural_frequencies(cases: Sequence[Case], request: CurveRequest) -> dict[float, str]:

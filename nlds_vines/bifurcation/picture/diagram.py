@@ -92,8 +92,12 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     is_one, tiers = len(cuts) == 1, list[Tier]()
     for cut in cuts:
         of_cut = [name for name in shown if is_one or not drawn[name].single]
-        if of_cut or cut.labels() is not None:
-            tiers += strips_of(cut)
+        # a strip for each of up to two starts, or a stack; without labels, the value that is held
+        is_labeled, is_stack = cut.labels() is not None, len(cut.starts) > MOST_STRIPS
+        if is_labeled or (of_cut and cut.held):
+            height = NO_STRIP if not is_labeled else STACK if is_stack else STRIP
+            for start in range(len(cut.starts) if is_labeled and not is_stack else 1):
+                tiers.append(Tier(height, partial(draw_strip_of, cut=cut, start=start)))
         for name in of_cut:
             draw = partial(fill_panel, cuts=[cut], recorded=drawn, name=name)
             tiers.append(Tier((1.0 if is_one else _SMALL) * page.panel, draw, name))
@@ -193,8 +197,7 @@ def _usual_rows(
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
-PASSES = "passes the limit"
-"""What a legend says of hatched cells and crossed marks."""
+PASSES = "passes the limit"  # what a legend says of hatched cells and crossed marks
 
 REDUCTION = "reduction"
 """The share of the energy E1max that a damper takes away: axes count it in percent."""
@@ -213,13 +216,8 @@ _DOWN: dict[str, Any] = {
 _WALL = "impact_wall"
 _WALL_COLORS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
-
-WATERFALL = "spectrum"
-"""The dataset that is drawn in colors over the frequency."""
-
-DECADES = 6.0
-"""Below the largest amplitude that colors tell apart."""
-
+WATERFALL = "spectrum"  # the dataset that is drawn in colors over the frequency
+DECADES = 6.0  # below the largest amplitude that colors tell apart
 _BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, width, height
 
 
@@ -386,11 +384,8 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
 # ---- orbits of several starts are told apart by attractor ----------------------------------------
 
 
-SWEEPS = ["up", "down"]
-"""The starts of a scan that shows hysteresis."""
-
-BOTH = "up and down alike"
-"""The name in a legend of orbits on which both sweeps are."""
+SWEEPS = ["up", "down"]  # the starts of a scan that shows hysteresis
+BOTH = "up and down alike"  # the name in a legend of orbits on which both sweeps are
 
 EQUAL = "up and down: equal values"
 """The name if neither labels nor sections are recorded: different orbits may have one energy."""
@@ -399,9 +394,7 @@ _ALIKE = 0.01  # of the range of all values: the distance of two orbits that cou
 
 
 class Look(NamedTuple):
-    """Orbits `which` (cells, starts) that look alike, the color of their dots and their name."""
-
-    which: np.ndarray
+    which: np.ndarray  # (cells, starts), True for the orbits that look alike
     color: str
     name: str
 
@@ -475,8 +468,7 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
 # ---- the strips that name the regimes above the panels -------------------------------------------
 
 
-MOST_STRIPS = 2
-"""The most starts with a strip of their own; more are stacked in one."""
+MOST_STRIPS = 2  # the most starts with a strip of their own; more are stacked in one
 
 STRIP, STACK, NO_STRIP = 0.42 * CM, 0.75 * CM, 0.02 * CM
 """Heights [inches] of a strip, of the stack of several starts, and of axes without a strip."""
@@ -493,8 +485,6 @@ _MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
 
 @dataclass(frozen=True)
 class Tier:
-    """A row of a diagram."""
-
     height: float  # inches
     draw: Callable[[Axes], None]
     quantity: str = ""  # of a panel, which share the scale of one; empty for a strip
@@ -516,19 +506,6 @@ def _rows_of_bands(cut: Slice) -> list[list[list[Band]]]:
     rank = {word: place for place, word in enumerate(words)}
     ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
     return [[bands(cut.values, column) for column in np.array(words, dtype=object)[ranks].T]]
-
-
-def strips_of(cut: Slice) -> list[Tier]:
-    """Return the strips of a slice: one for each of up to two starts, or a stack.
-
-    Above the first one is the value of the parameter that is constant, if there is one.
-    """
-    if cut.labels() is None:
-        return [Tier(NO_STRIP, partial(draw_strip_of, cut=cut))] if cut.held else []
-    if len(cut.starts) > MOST_STRIPS:
-        return [Tier(STACK, partial(draw_strip_of, cut=cut))]
-    starts = range(len(cut.starts))
-    return [Tier(STRIP, partial(draw_strip_of, cut=cut, start=start)) for start in starts]
 
 
 def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:

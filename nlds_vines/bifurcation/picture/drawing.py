@@ -17,17 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.choices import (
-    BASINS,
-    EXCEEDANCE,
-    REGIMES,
-    check_show,
-    is_map,
-    quantities_in,
-    sample_panels,
-    usual_sample_panels,
-    usual_show,
-)
+from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
 from nlds_vines.bifurcation.picture.maps import (
     basin_picture,
@@ -65,7 +55,7 @@ _MOST_REGIMES = 8  # bars; the rarer ones share one
 
 
 def sample_panels_of(view: ArchiveView) -> dict[str, str]:
-    return sample_panels(quantities_in(view), _columns(view), "label" in view)
+    return choices.sample_panels(choices.quantities_in(view), _columns(view), "label" in view)
 
 
 @styled()
@@ -77,7 +67,8 @@ def draw_samples(view: ArchiveView, names: Sequence[str], page: Page = TWO_COLUM
         fill_sample_panel(axes, view, name)
     labels = _labels(view)
     has_dots = any(_parts(name)[1] in _columns(view) for name in names)
-    if labels is not None and has_dots and REGIMES not in names:  # whose bars name the colors
+    has_bars = choices.REGIMES in names  # which name the colors
+    if labels is not None and has_dots and not has_bars:
         handles = [
             Line2D([], [], color=ink_of(word), label=short(word), markersize=3.0, **DOT)
             for word in ordered(labels.tolist())
@@ -90,11 +81,11 @@ def draw_samples(view: ArchiveView, names: Sequence[str], page: Page = TWO_COLUM
 
 
 def fill_sample_panel(axes: Axes, view: ArchiveView, name: str) -> None:
-    if name == REGIMES:
+    if name == choices.REGIMES:
         _draw_regimes(axes, view)
         return
     quantity, other = _parts(name)
-    drawn = quantities_in(view)[quantity]
+    drawn = choices.quantities_in(view)[quantity]
     values = drawn.of(view)[..., 0]  # (samples, starts)
     finite = values[np.isfinite(values)]
     if other in _columns(view):
@@ -110,7 +101,7 @@ def fill_sample_panel(axes: Axes, view: ArchiveView, name: str) -> None:
         axes.set_ylabel(_symbol(drawn.label))
         return
     axes.set_xlabel(_symbol(drawn.label))
-    if other == EXCEEDANCE:
+    if other == choices.EXCEEDANCE:
         ascending = np.sort(finite)
         share = 1.0 - np.arange(finite.size) / max(1, finite.size)
         axes.step(ascending, share, where="post", color=NAVY, linewidth=1.0)
@@ -177,7 +168,7 @@ SAMPLES = Picture(
     panels=sample_panels_of,
     draw=draw_samples,
     fill=fill_sample_panel,
-    usual=lambda view: usual_sample_panels(sample_panels_of(view)),
+    usual=lambda view: choices.usual_sample_panels(sample_panels_of(view)),
 )
 """Draws the archive of a scan over samples."""
 
@@ -199,8 +190,8 @@ class ScanPicture(Drawing):
         """Return the recorded numbers, and the codes of maps, with their units."""
         if SAMPLE in view.axes:
             return SAMPLES.names(view)
-        maps = is_map([view[name] for name in view.axes])
-        shown = {n: one for n, one in quantities_in(view).items() if maps or not one.coded}
+        maps = choices.is_map([view[name] for name in view.axes])
+        shown = {n: one for n, one in choices.quantities_in(view).items() if maps or not one.coded}
         units = {n: f" [{one.units}]" if one.units != "1" else "" for n, one in shown.items()}
         return {name: f"{one.long_name}{units[name]}" for name, one in shown.items()}
 
@@ -217,15 +208,15 @@ class ScanPicture(Drawing):
         for name in view.axes:
             refuse_undrawable(name, view[name])
         values = [view[name] for name in view.axes]
-        labeled, recorded = "label" in view, quantities_in(view)
+        labeled, recorded = "label" in view, choices.quantities_in(view)
         if show is not None:
-            check_show(show, values, view["start"].size, recorded, labeled)
-        plain = len(values) == 1 or is_map(values)
-        if show == BASINS or (show is None and plain and not why_no_basins(view)):
+            choices.check_show(show, values, view["start"].size, recorded, labeled)
+        plain = len(values) == 1 or choices.is_map(values)
+        if show == choices.BASINS or (show is None and plain and not why_no_basins(view)):
             if ax is None:
                 return basin_picture(view, page)
             return into(ax, lambda: fill_basin_panel(ax, view))
-        if not is_map(values):
+        if not choices.is_map(values):
             if self.manifold:
                 raise RequestError(
                     f"{view.path}: the manifold is drawn over maps; "
@@ -234,7 +225,7 @@ class ScanPicture(Drawing):
             if ax is None:
                 return diagram(view, show, page)
             return into(ax, lambda: draw_into(ax, view, show))
-        chosen = usual_show(recorded, labeled) if show is None else show
+        chosen = choices.usual_show(recorded, labeled) if show is None else show
         if chosen is None:
             raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
         if ax is None:
@@ -243,11 +234,10 @@ class ScanPicture(Drawing):
 
     def _fill(self, axes: Axes, view: ArchiveView, show: str) -> None:
         fill_map(axes, view, show)
-        if show == REGIMES:
+        if show == choices.REGIMES:
             name_regimes(axes, view)
         if self.manifold:
             draw_manifold([axes], view)
 
 
-PICTURE = ScanPicture()
-"""What draws the archive of a scan."""
+PICTURE = ScanPicture()  # what draws the archive of a scan

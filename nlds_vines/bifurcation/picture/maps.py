@@ -7,7 +7,7 @@ attractors of one regime the later ones are darker, then paler.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import Any, NamedTuple
 
 import matplotlib
@@ -32,17 +32,7 @@ from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.bifurcation.picture.choices import (
-    COEXISTING,
-    LOG,
-    REGIMES,
-    SHARE,
-    SHARES,
-    in_legend,
-    quantities_in,
-    violated_in,
-    way_and_number,
-)
+from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.diagram import PASSES, REDUCTION
 from nlds_vines.bifurcation.request import begins_at_sections, load_scan
 from nlds_vines.errors import RequestError
@@ -80,7 +70,6 @@ BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
 
 _MOST_BELOW = 12  # names in a legend below a map
 _CHAOTIC = "reached through chaos"
-_FRAME: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # of patches that are nearly white
 _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
 
 
@@ -95,10 +84,12 @@ def regime_map(
     in closed form are drawn over the map.
     """
     starts = view["start"].size
-    if show == SHARES or show.startswith(SHARE):
+    if show == choices.SHARES or show.startswith(choices.SHARE):
         figure, grid, panels = _draw_shares(view, show, page)
     else:
-        shown = [REGIMES, COEXISTING] if show == REGIMES and starts > 1 else [show]
+        shown = [show]
+        if show == choices.REGIMES and starts > 1:
+            shown.append(choices.COEXISTING)
         figure, grid = new_figure(page, [page.map_height] * len(shown))
         panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
         for axes, what in zip(panels, shown, strict=True):
@@ -109,21 +100,42 @@ def regime_map(
         draw_manifold(panels, view)
         title += f"; {IN_TITLE}"
     finish(figure, grid, title)
-    if show == REGIMES:
+    if show == choices.REGIMES:
         name_regimes(panels[0], view)
     return figure
 
 
 def fill_map(axes: Axes, view: ArchiveView, show: str) -> None:
     """Draw one map into axes, with its legend or bar; `name_regimes` names its regions."""
-    if show == COEXISTING:
-        _draw_counts(axes, view)
-    elif show == REGIMES:
+    starts = view["start"].size
+    frame: dict[str, Any] = {"edgecolor": GRAY, "linewidth": 0.4}  # of patches nearly white
+    if show == choices.COEXISTING:
+        most = len(palette.COUNTS)
+        counts = np.minimum(coexisting(view["label"]), most)
+        words = sorted(set(counts.ravel().tolist()))
+        shades = {0: palette.OTHERS[palette.HATCHED], **dict(enumerate(palette.COUNTS, start=1))}
+        fill_classes(axes, view, counts, words, [shades[word] for word in words])
+        names = {0: "none known", most: f"{most} or more"}
+        patches = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
+        handles = [*patches, *hatch_passed(axes, view)]
+        add_map_legend(axes, handles, f"regimes found by {starts} starts")
+    elif show == choices.REGIMES:
         _draw_regimes(axes, view)
-    elif show == SHARES or show.startswith(SHARE):
+    elif show == choices.SHARES or show.startswith(choices.SHARE):
         raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
-    elif show in view and view.flags(show):
-        _draw_codes(axes, view, show)
+    elif show in view and (flags := view.flags(show)):
+        codes = view[show].max(axis=-1)  # of several starts the highest
+        colors = dict(zip(sorted(flags), cycle(palette.COUNTS), strict=False))  # pale to dark
+        present = sorted(set(codes.ravel().tolist()))
+        looks = {code: colors.get(code, NO_VALUE) for code in present}
+        fill_classes(axes, view, codes, present, [*looks.values()])
+        handles = []
+        for code, color in looks.items():
+            name = flags.get(code, "none").partition(".")[0]
+            name = name.replace("_to_", ":").replace("_", " ")
+            handles.append(Patch(facecolor=color, label=name, **frame))
+        several = f", highest of {starts} starts" if starts > 1 else ""
+        add_map_legend(axes, handles, clause(view.long_name(show)) + several)
     else:
         _draw_number(axes, view, show)
 
@@ -174,7 +186,7 @@ def hatch_cells(
 
 def hatch_passed(axes: Axes, view: ArchiveView) -> list[Patch]:
     """Hatch the cells in which an orbit passes the limit; return the entries of the legend."""
-    passed = np.asarray(violated_in(view).any(axis=-1))
+    passed = np.asarray(choices.violated_in(view).any(axis=-1))
     return [hatch_cells(axes, view, passed, _PASSED, PASSES)] if passed.any() else []
 
 
@@ -225,7 +237,7 @@ def _regimes_of(view: ArchiveView) -> np.ndarray:
 def name_regimes(axes: Axes, view: ArchiveView) -> None:
     """Write the names of regimes into a map of final size, except on hatched cells."""
     names = _regimes_of(view)
-    free = np.where(violated_in(view).any(axis=-1), "", names)
+    free = np.where(choices.violated_in(view).any(axis=-1), "", names)
     words = palette.in_order(set(names.ravel().tolist()))
     shades = {word: palette.color_of(palette.example_of(word)) for word in words}
     name_regions(axes, view, free, {k: v for k, v in shades.items() if not palette.hatch_of(k)})
@@ -251,38 +263,11 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     for word in named:
         example = palette.example_of(word)
         look = palette.patch_look(example, palette.color_of(example))
-        handles.append(Patch(label=in_legend(palette.short(word), view), **look))
+        handles.append(Patch(label=choices.in_legend(palette.short(word), view), **look))
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
     title = "most frequent regime" if view["start"].size > 1 else "regime"
     add_map_legend(axes, [*handles, *marks], title)
-
-
-def _draw_counts(axes: Axes, view: ArchiveView) -> None:
-    labels, most = view["label"], len(palette.COUNTS)
-    counts = np.minimum(coexisting(labels), most)
-    words = sorted(set(counts.ravel().tolist()))
-    shades = {0: palette.OTHERS[palette.HATCHED], **dict(enumerate(palette.COUNTS, start=1))}
-    fill_classes(axes, view, counts, words, [shades[word] for word in words])
-    names = {0: "none known", most: f"{most} or more"}
-    handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **_FRAME) for n in words]
-    handles += hatch_passed(axes, view)
-    add_map_legend(axes, handles, f"regimes found by {labels.shape[-1]} starts")
-
-
-def _draw_codes(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Color every cell by its code, of several starts the highest, from pale to dark."""
-    codes, words = view[name].max(axis=-1), view.flags(name)
-    shades = {code: palette.COUNTS[i % len(palette.COUNTS)] for i, code in enumerate(sorted(words))}
-    looks = {code: shades.get(code, NO_VALUE) for code in sorted(set(codes.ravel().tolist()))}
-    fill_classes(axes, view, codes, list(looks), list(looks.values()))
-    handles = []
-    for code, color in looks.items():
-        flag = words.get(code, "none").partition(".")[0].replace("_to_", ":").replace("_", " ")
-        handles.append(Patch(facecolor=color, label=flag, **_FRAME))
-    title = clause(view.long_name(name))
-    several = f", highest of {view['start'].size} starts" if view["start"].size > 1 else ""
-    add_map_legend(axes, handles, title + several)
 
 
 # ---- numbers -------------------------------------------------------------------------------------
@@ -305,8 +290,8 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     `show` may begin with one of `choices.WAYS`.  A number of both signs has two-sided shades around
     zero.  On a map of settling times, cells in which a start did not settle are black.
     """
-    scale, name = way_and_number(show)
-    quantity = quantities_in(view)[name]
+    scale, name = choices.way_and_number(show)
+    quantity = choices.quantities_in(view)[name]
     values = quantity.of(view)[..., 0]
     values = np.where(np.isfinite(values), values, -np.inf).max(axis=-1)
     unsettled = np.zeros(values.shape, dtype=bool)
@@ -368,10 +353,10 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
     low, high = values.min(initial=0.0), values.max(initial=0.0)
     least = values.min(initial=np.inf)
     small = max(least, high * _DEEPEST) if least > 0.0 else 0.0
-    if chosen == LOG and not 0.0 < small < high:
-        raise RequestError(f"show = '{LOG}{name}': it takes numbers above 0 that differ")
+    if chosen == choices.LOG and not 0.0 < small < high:
+        raise RequestError(f"show = '{choices.LOG}{name}': it takes numbers above 0 that differ")
     signed = scale == SIGNED or low < 0.0 < high
-    if chosen == LOG or (not chosen and not signed and 0.0 < small * _WIDE < high):
+    if chosen == choices.LOG or (not chosen and not signed and 0.0 < small * _WIDE < high):
         return plain, LogNorm(small, high)
     if not signed or not values.size:
         return plain, Normalize()
@@ -402,8 +387,8 @@ def _draw_shares(view: ArchiveView, show: str, page: Page) -> tuple[Figure, Grid
     """Return figure, grid and panels; `RequestError` if no start ended in a known regime."""
     labels = view["label"]
     text = f"share of {labels.shape[-1]} starts"
-    if show.startswith(SHARE):
-        wanted = [show.removeprefix(SHARE)]
+    if show.startswith(choices.SHARE):
+        wanted = [show.removeprefix(choices.SHARE)]
         text += f" in {literal(wanted[0])}"
     else:
         ends = [label for label, _ in by_frequency(finals(labels)) if label not in UNKNOWN]
@@ -495,11 +480,9 @@ _SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0
 
 
 class _Look(NamedTuple):
-    """The name of an attractor, its color and its regime; the regime is empty if not known."""
-
-    name: str
+    name: str  # of an attractor
     color: str
-    label: str
+    label: str  # its regime; empty if not known
 
 
 _UNKNOWN = _Look("not known", palette.OTHERS[palette.HATCHED], "")

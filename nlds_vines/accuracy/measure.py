@@ -42,34 +42,20 @@ Methods = Mapping[str, tuple[Sequence[float], Follow]]
 
 
 class Reference(NamedTuple):
-    """An orbit from rest: its last state [m, m/s], and the regime it ends in.
-
-    `uncertainty` is the distance of that state from the confirming method's: smaller errors are
-    not measurable.  `growth` is the factor, at least 1, by which a disturbance of the start grows.
-    """
-
     system: System
     periods: int
-    label: str
-    state: np.ndarray
-    uncertainty: float
-    growth: float
+    label: str  # the regime in which an orbit from rest ends
+    state: np.ndarray  # its last state [m, m/s]
+    uncertainty: float  # distance of the confirming method's state: the least measurable error
+    growth: float  # factor, at least 1, by which a disturbance of the start grows
 
 
 class Result(NamedTuple):
-    """A method at a setting: error of the last state [m, m/s] and CPU time of a forcing period [s].
-
-    The time is the mean over the periods of that orbit.  `failure` says why nothing was measured.
-    """
-
     method: str
     setting: float
-    error: float = math.nan
-    seconds: float = math.nan
-    failure: str = ""
-
-
-# ---- methods -------------------------------------------------------------------------------------
+    error: float = math.nan  # of the last state [m, m/s]
+    seconds: float = math.nan  # CPU time of a forcing period, the mean over those of that orbit
+    failure: str = ""  # why nothing was measured
 
 
 def methods(system: System, peers: bool = True) -> Methods:
@@ -165,9 +151,6 @@ def equation(system: System) -> Callable[..., list[float]]:
         return [v, (P * math.cos(omega * t) + load - k1 * x - c1 * v - contact(x, v)) / m1]
 
     return with_damper if scene.damper else alone
-
-
-# ---- measuring -----------------------------------------------------------------------------------
 
 
 def reference(system: System, periods: int) -> Reference:

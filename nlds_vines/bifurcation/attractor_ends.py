@@ -58,20 +58,16 @@ _FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resol
 
 
 class Ends(NamedTuple):
-    """Ends of orbits (n,): status, final regime, state (n, 4), evidence (n, COLUMNS)."""
-
-    status: np.ndarray
-    labels: np.ndarray
-    states: np.ndarray
-    evidence: np.ndarray
+    status: np.ndarray  # (n,)
+    labels: np.ndarray  # (n,), final regimes
+    states: np.ndarray  # (n, 4)
+    evidence: np.ndarray  # (n, COLUMNS)
 
 
 class Cycle(NamedTuple):
-    """A cycle near which orbits stop: points (n, 4), weights (4,) of a distance that is 1 there."""
-
     label: str
-    points: np.ndarray
-    weights: np.ndarray
+    points: np.ndarray  # (n, 4)
+    weights: np.ndarray  # (4,), of a distance that is 1 where orbits stop
 
 
 class OrbitEnds:

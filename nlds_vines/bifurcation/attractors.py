@@ -207,9 +207,6 @@ def _join(
     return left[~joins]
 
 
-# ---- numbers along parameters --------------------------------------------------------------------
-
-
 def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[int, int]:
     """Return the numbers of attractors `now`, by their index, that continue one `before`.
 

@@ -36,13 +36,10 @@ _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, 
 
 @dataclass(frozen=True)
 class Block:
-    """A rectangle of cells, computed and stored as one.
-
-    `slices` has one pair per axis of the scan: the first cell, and the cell after the last one; of
-    response curves the first pair is that of one case.
-    """
+    """A rectangle of cells, computed and stored as one."""
 
     index: int
+    # the first cell, and the cell after the last one, along the case of a curve and each axis
     slices: tuple[tuple[int, int], ...]
 
     @property
@@ -127,9 +124,6 @@ def _block_cells(scan: Scan) -> int:
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
     return max(1, min(by_time, by_size))
-
-
-# ---- memory and disk -----------------------------------------------------------------------------
 
 
 _BLOCKS = 2  # in memory

@@ -48,18 +48,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.orbits import solver_settings
-from nlds_vines.orbits.records import (
-    ATTRACTOR,
-    STATUS_FLAGS,
-    USUAL,
-    WANTS,
-    checked_want,
-    possible_want,
-    refuse_impossible,
-    spectral,
-    touches_noted,
-)
+from nlds_vines.orbits import records, solver_settings
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
 from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
@@ -81,7 +70,7 @@ _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "spectra_agree": KEPT,
     "capture": CAPTURE,
-    "status": STATUS_FLAGS,
+    "status": records.STATUS_FLAGS,
 }
 
 
@@ -107,7 +96,7 @@ def table_of(
             if entry.name == "impact_wall":  # 0 is the near wall
                 flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
             datasets.append(entry.dataset((*lanes, *tail), scene, flags))
-    size, touches = len(scene.components), touches_noted(want, scene, periods)
+    size, touches = len(scene.components), records.touches_noted(want, scene, periods)
     lengths = {axis.name: axis.values.size for axis in axes}
     lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
     lengths |= {"impact": touches} if touches else {}
@@ -174,9 +163,9 @@ class Scan(Request):
     system: System
     axes: tuple[Axis, ...]
     want: tuple[str, ...] = setting(
-        MISSING, Checked(checked_want, listed=True), "record",
-        f"what is recorded, see [Datasets](datasets.md): of {', '.join(WANTS)}", "A,B,C",
-        option="--record", usual=", ".join(USUAL),
+        MISSING, Checked(records.checked_want, listed=True), "record",
+        f"what is recorded, see [Datasets](datasets.md): of {', '.join(records.WANTS)}", "A,B,C",
+        option="--record", usual=", ".join(records.USUAL),
     )  # fmt: skip
     start: Start = field(default_factory=Start)
     transient: int = setting(
@@ -220,16 +209,16 @@ class Scan(Request):
         settings = self.settings
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
-        refuse_impossible(self.want, self.system.scene)
+        records.refuse_impossible(self.want, self.system.scene)
         self._check_axes()
         _ = self.spectral  # checks what spectra are of
-        if ATTRACTOR in self.want and self.start.sweeps:
+        if records.ATTRACTOR in self.want and self.start.sweeps:
             raise RequestError(
-                f"want {ATTRACTOR!r}: policy {self.start.policy!r} follows the orbits of other "
-                "cells; allowed: rest, random:N, a state, or axes of initial conditions"
+                f"want {records.ATTRACTOR!r}: policy {self.start.policy!r} follows the orbits of "
+                "other cells; allowed: rest, random:N, a state, or axes of initial conditions"
             )
-        if self.sampled is not None and (ATTRACTOR in self.want or self.start.sweeps):
-            what = f"want {ATTRACTOR!r}" if ATTRACTOR in self.want else "a sweep"
+        if self.sampled is not None and (records.ATTRACTOR in self.want or self.start.sweeps):
+            what = f"want {records.ATTRACTOR!r}" if records.ATTRACTOR in self.want else "a sweep"
             raise RequestError(
                 f"{what} follows attractors from cell to cell; samples have no order"
             )
@@ -334,8 +323,7 @@ class Scan(Request):
         state: dict[str, Any] = dict(zip(components, self.start.state, strict=False))
         state |= {component_of(name): places[name] for name in places if name in INITIAL}
         shape = np.broadcast_shapes(*(part.shape for part in places.values()))
-        parameters = {**self.system.parameters, **places}
-        return starts_inside(self.system.scene, parameters, state, shape)
+        return starts_inside(self.system.scene, {**self.system.parameters, **places}, state, shape)
 
     def outline(self) -> Rows:
         """Return the system, the axes, the starts, and what is recorded."""
@@ -381,7 +369,7 @@ class Scan(Request):
     @cached_property
     def spectral(self) -> SpectralRecords | None:
         """The records of spectra; None without any."""
-        want, scene = spectral(self.want), self.system.scene
+        want, scene = records.spectral(self.want), self.system.scene
         sampling = self.periods, self.samples, self.highest, self.window
         return SpectralRecords(want, scene, self.signals, *sampling) if want else None
 
@@ -399,7 +387,7 @@ class Scan(Request):
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
         scene, periods = self.system.scene, self.periods
-        walls, touches = struck(scene), touches_noted(self.want, scene, periods)
+        walls, touches = struck(scene), records.touches_noted(self.want, scene, periods)
         cycle = "sampled forcing period, counted after the transient"
         impact = "impact after the transient, counted from the first"
         return (
@@ -518,9 +506,9 @@ def load_scan(
         start = Start(**policy | entries_of_start)
     axes = request.axes("vary") if sampled is None else ()
     with at(request.place("record")):  # one file serves every system: what it lacks is left out
-        asked = request.values.get("record", {}).get("want", USUAL)
-        if not (want := possible_want(asked, system.scene)):
-            refuse_impossible(asked, system.scene)
+        asked = request.values.get("record", {}).get("want", records.USUAL)
+        if not (want := records.possible_want(asked, system.scene)):
+            records.refuse_impossible(asked, system.scene)
     with at(request.place("sampling")):
         sampling = request.values.get("sampling", {})
         solver_settings.chosen_settings(

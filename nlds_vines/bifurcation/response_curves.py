@@ -114,10 +114,7 @@ class Panel:
 
 @dataclass(frozen=True, repr=False)
 class Case(Outlined):
-    """A curve of the picture; once its file is read, `scan` is what is computed for it.
-
-    `panel` is then the number of its panel, from 1.
-    """
+    """A curve of the picture; once its file is read, it has its `scan` and its `panel`."""
 
     label: str = setting(
         "", Text(), "[curves]", "in the legend", usual="what it sets, or its system"
@@ -339,10 +336,9 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     """
     systems: Sequence[Any] = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
-    is_file = isinstance(source, str | os.PathLike) and str(source).endswith(".toml")
     is_document = isinstance(source, CurveRequest | Mapping)
-    if is_file and not is_document:  # of curves, or of a system
-        is_document = "curves" in read_toml(request_path(str(source)))
+    if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
+        is_document = "curves" in read_toml(request_path(str(source)))  # else it is of a system
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
         listed = source if isinstance(source, list | tuple) else [source]
@@ -454,21 +450,11 @@ def with_structure_alone(request: CurveRequest) -> CurveRequest:
 
 @dataclass(frozen=True, repr=False)
 class ResponseCurve(Outlined):
-    """The results along the curve of one case.
+    """The results along the curve of one case."""
 
-    Attributes
-    ----------
-    name : str
-        The name of the case.
-    case : Case
-        Its scan, and the look of its curve.
-    numbers : dict of (n, starts) ndarray
-        The recorded quantities by name; of two walls the larger value.
-    """
-
-    name: str
-    case: Case
-    numbers: Mapping[str, np.ndarray]
+    name: str  # of the case
+    case: Case  # its scan, and the look of its curve
+    numbers: Mapping[str, np.ndarray]  # (n, starts) by quantity; of two walls the larger value
 
     def outline(self) -> Rows:
         return [("recorded", ", ".join(self.numbers))]

@@ -431,9 +431,6 @@ def _timed(computer: Computer | Cases, block: Block) -> tuple[dict[str, np.ndarr
     return arrays, time.perf_counter() - began
 
 
-# ---- on workers ----------------------------------------------------------------------------------
-
-
 def compute_block(
     toml: str, threads: int, asked_by: Mapping[str, str], index: int
 ) -> tuple[dict[str, np.ndarray], float]:
@@ -453,9 +450,6 @@ def compute_block(
 @lru_cache(maxsize=2)
 def _computer(toml: str) -> Computer:
     return Computer(load_scan(parse_toml(toml, "the scan")), helped=False)
-
-
-# ---- the archive ---------------------------------------------------------------------------------
 
 
 def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Block]) -> Write:

@@ -166,11 +166,7 @@ def _slope(distances: np.ndarray, pairs: np.ndarray) -> float:
 
 @dataclass(frozen=True, repr=False)
 class Basin(Outlined):
-    """The basin of one attractor.
-
-    `nearest` is the step from the attractor's point to the nearest cell of another basin, along
-    each axis of the plane; empty if the point does not lie in the plane.
-    """
+    """The basin of one attractor."""
 
     number: int  # of the attractor; -1 stands for all cells with an unknown one
     label: str
@@ -178,6 +174,7 @@ class Basin(Outlined):
     total: int  # all of them
     low: float  # the ends of Wilson's interval of the share for random starts; NaN for a lattice
     high: float
+    # from the attractor's point, if it lies in the plane, to the nearest cell of another basin
     nearest: tuple[float, ...] = ()
     distance: float = float("nan")  # length of `nearest`, each axis divided by its range
 

@@ -148,16 +148,13 @@ def _checked(times: Any, ended: Any) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Share:
-    """Number of `total` starts that ended in a regime, and of those that passed through chaos.
-
-    `low` and `high` are the ends of Wilson's interval of the share, from 0 to 1.
-    """
+    """The share of the starts that ended in a regime."""
 
     label: str
     count: int
-    through_chaos: int
+    through_chaos: int  # those of them that passed through chaos
     total: int
-    low: float
+    low: float  # the ends of Wilson's interval of the share, from 0 to 1
     high: float
 
     @property

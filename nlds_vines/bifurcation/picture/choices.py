@@ -99,9 +99,6 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
     return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
 
 
-# ---- along one parameter -------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Slice:
     view: ArchiveView

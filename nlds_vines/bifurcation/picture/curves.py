@@ -290,9 +290,6 @@ def _in_latex(settings: Mapping[str, Any] | None) -> str:
     return ", ".join(setting_label(name, value) for name, value in (settings or {}).items())
 
 
-# ---- the legend ----------------------------------------------------------------------------------
-
-
 def _look_of(case: Case) -> dict[str, Any]:
     """Return how a curve is drawn: the base stronger, and over the others."""
     width, order = (1.5, 3.5) if case.base else (1.0, 3.0)

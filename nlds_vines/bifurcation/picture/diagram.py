@@ -605,10 +605,7 @@ class Strip:
 
 
 def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]]) -> Strip:
-    """Draw rows of bands, from below, in the colors of their regimes, and name the regimes.
-
-    A line joins a name above the strip to its band.
-    """
+    """Draw rows of bands, from below, in the colors of their regimes, and name the regimes."""
     for place, row in enumerate(rows):
         for band in row:
             look = palette.patch_look(band.label, palette.color_of(band.label))

@@ -173,9 +173,6 @@ SAMPLES = Picture(
 """Draws the archive of a scan over samples."""
 
 
-# ---- any scan ------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class ScanPicture(Drawing):
     """Draws scans: a diagram of one varied parameter, a map of two.

@@ -80,8 +80,7 @@ def regime_map(
     """Return the map of a scan of two parameters; the first runs to the right, the second up.
 
     Of several starts `regimes` shows the most frequent regime, and in a second panel how many
-    coexist; a number is the largest, a code the highest.  With `manifold` the bounds of 1:1 motion
-    in closed form are drawn over the map.
+    coexist; a number is the largest, a code the highest.
     """
     starts = view["start"].size
     if show == choices.SHARES or show.startswith(choices.SHARE):
@@ -167,10 +166,7 @@ def fill_classes(
 def hatch_cells(
     axes: Axes, view: ArchiveView, where: np.ndarray, look: tuple[str, str], text: str
 ) -> Patch:
-    """Hatch the cells in which `where` is True; return the legend's patch, named `text`.
-
-    `look` is the hatch and its color.
-    """
+    """Hatch cells in a `look`, a hatch and its color; return the legend's patch, named `text`."""
     x, y = (inner_edges(view[name]) for name in view.axes)
     steps = np.diff(np.pad(where.T, ((0, 0), (1, 1))).astype(np.int8))
     # runs of cells: in each row as many begin as end
@@ -374,9 +370,6 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
     shades = np.linspace(0.5, 1.0, 256) if high > 0.0 else np.linspace(0.0, 0.5, 256)
     half = LinearSegmentedColormap.from_list("half", two_sided(shades))
     return half, Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
-
-
-# ---- shares --------------------------------------------------------------------------------------
 
 
 _MOST, _COLUMNS = 6, 2  # small maps of one picture, and of one row

@@ -43,16 +43,13 @@ if TYPE_CHECKING:
     from nlds_vines.model.scenes import Scene
 
 
-SAMPLE, LEAST = 200, 20
-"""Orbits that are judged before others may stop early: in all, and in each system at least."""
+SAMPLE, LEAST = 200, 20  # orbits that are judged first: in all, and in each system at least
 
 RADIUS, GUARD, HALVINGS = 0.02, 0.25, 8
 """Distance from a cycle at which an orbit may stop: in amplitudes, and relative to the distance of
 the nearest other cycle; the smaller counts. It is halved until all trial orbits come nearer."""
 
-TRIALS, RETURNS = 48, 8
-"""Orbits that begin at this distance from a cycle, and after how many returns they are nearer."""
-
+TRIALS, RETURNS = 48, 8  # trial orbits at this distance, and after how many returns they are nearer
 TOGETHER = 500  # orbits that are judged in one call: about a second, and 80 MB of memory at most
 _FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resolved
 

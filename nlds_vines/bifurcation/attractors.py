@@ -23,8 +23,7 @@ from scipy.spatial.distance import squareform
 
 from nlds_vines.model.labels import PERIODIC
 
-NOT_PERIODIC = ("chaos", "quasiperiodic")
-"""Final regimes without a closed orbit that are attractors."""
+NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit
 
 SAME = 1e-6
 """Distance of a point from a cycle up to which it lies on it, in amplitudes.

@@ -23,14 +23,9 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
     from nlds_vines.bifurcation.response_curves import CurveRequest
 
-BLOCK_PERIODS = 200_000
-"""Forcing periods in a block: some tenths of a second, which an interruption may lose."""
-
+BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
 MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
-
-BLOCK_BYTES = 1 << 27
-"""Bytes of one block while it is computed (128 MB): small beside the memory of any machine."""
-
+BLOCK_BYTES = 1 << 27  # of a block while it is computed: small beside the memory of any machine
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
 
 

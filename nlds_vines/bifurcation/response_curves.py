@@ -59,15 +59,9 @@ LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dott
 ALONE = "without damper"
 CASE, WALL = "case", "wall"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
-
-SAMPLING = {"transient": 600, "periods": 240}
-"""Forcing periods discarded and sampled by default: many, because of irregular regimes."""
-
-CURVE_STARTS = ("rest", "up", "down", "both")
-"""Where the orbits of a curve may begin; `both` gives two curves, shaded where they differ."""
-
-ENERGY = "E1max"
-"""The quantity that is drawn by default, and whose reduction is drawn below the curves."""
+SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
+CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
+ENERGY = "E1max"  # drawn by default, with its reduction below the curves
 
 SHOWN = tuple(
     entry.name

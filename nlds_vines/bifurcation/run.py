@@ -279,8 +279,7 @@ class Computer:
 _PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
 """The buffers of `Outputs` whose numbers are recorded as they are."""
 
-_KNOWN = ("status", "regime", "label", "start_state")
-"""The datasets that also say something of an orbit that failed."""
+_KNOWN = ("status", "regime", "label", "start_state")  # what is also known of an orbit that failed
 
 
 AHEAD_BYTES = 1 << 30  # bytes of finished blocks (1 GB) that may wait for this process to save them

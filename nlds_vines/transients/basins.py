@@ -23,21 +23,16 @@ from nlds_vines.transients.ensemble import LEVEL, share_interval
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
-BOX = 20
-"""Cells along the side of a box by default: 400 orbits tell its shares well (Daza et al. 2016)."""
+BOX = 20  # cells along a box's side: 400 orbits tell its shares well (Daza et al. 2016)
 
 FRACTAL = float(np.log(2.0))
 """A boundary entropy above ln 2 shows a fractal boundary: a smooth one parts two basins in a box
 almost everywhere, and two basins have no more (Daza et al. 2016, eq. 9)."""
 
-PARTS = 4
-"""Parts of each side of the plane; the squares between them are left out in turn for an error."""
-
+PARTS = 4  # parts of each side of the plane; the squares are left out in turn for an error
 ERRORS = 3.0  # standard errors by which the exponent of a fractal boundary is less than one
 SIDE = 32  # cells along the shorter side of a plane that has an uncertainty exponent, at least
-
-IN_PLANE = 1e-6
-"""Distance of an attractor's point from a plane, relative to the point, that counts as none."""
+IN_PLANE = 1e-6  # distance of an attractor's point from a plane, relative to the point
 
 
 # ---- planes --------------------------------------------------------------------------------------

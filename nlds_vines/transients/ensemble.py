@@ -26,13 +26,9 @@ if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.request import Scan
 
-DELAY = 50.0
-"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
-
+DELAY = 50.0  # forcing periods by which orbits are on the chaotic set, or past it
 LEVEL = 0.95  # confidence of all intervals, by default
-
-NEEDED = ("label", "settling", "watched")
-"""The datasets that an archive must hold; they are those of regime, settling and evidence."""
+NEEDED = ("label", "settling", "watched")  # the datasets of regime, settling and evidence
 
 _NO_LIFETIME = ("failed", "quasiperiodic", "")
 """Final regimes that have no known time of settling; "" is the label of an orbit not computed."""

@@ -138,12 +138,8 @@ def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.nd
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 BASINS = "basins"  # the choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`
-
-LOG, LINEAR = WAYS = "log:", "linear:"
-"""What may stand before a number of a map, to choose how it becomes shades: `log:E1max`."""
-
-NUMBERS = drawn_in(MAPS)
-"""The numbers that a map shows by default, the first that is recorded; any other on request."""
+LOG, LINEAR = WAYS = "log:", "linear:"  # before a number of a map: how it becomes shades
+NUMBERS = drawn_in(MAPS)  # a map shows the first that is recorded; any other on request
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "displacement": ("x2", "x1", "x"),
@@ -224,9 +220,7 @@ def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
     return unknown("show", show, allowed)
 
 
-EXCEEDANCE = "exceedance"
-"""The panel of samples with the share that lies above each value, `E1max:exceedance`."""
-
+EXCEEDANCE = "exceedance"  # the panel `E1max:exceedance`: the share of samples above each value
 _USUAL_PANELS = 8  # of samples: two of the first quantity alone, the others against columns
 
 

@@ -198,10 +198,7 @@ def _usual_rows(
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
 PASSES = "passes the limit"  # what a legend says of hatched cells and crossed marks
-
-REDUCTION = "reduction"
-"""The share of the energy E1max that a damper takes away: axes count it in percent."""
-
+REDUCTION = "reduction"  # the share of E1max that a damper takes away: in percent on axes
 _SECTION_DOTS, _NUMBER_DOTS = (0.75, 1.5), (1.3, 2.0)  # points, of many columns and of few
 _EXPONENT_DOT, _LEGEND_DOT = 1.4, 3.0  # points
 _COVERED, _FAINTEST = 3.0, 0.04  # times that opaque dots may cover a panel; opacity of others
@@ -386,10 +383,7 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
 
 SWEEPS = ["up", "down"]  # the starts of a scan that shows hysteresis
 BOTH = "up and down alike"  # the name in a legend of orbits on which both sweeps are
-
-EQUAL = "up and down: equal values"
-"""The name if neither labels nor sections are recorded: different orbits may have one energy."""
-
+EQUAL = "up and down: equal values"  # without labels and sections: the orbits may differ
 _ALIKE = 0.01  # of the range of all values: the distance of two orbits that count as one
 
 

@@ -65,9 +65,7 @@ from nlds_vines.plotting.page import (
 )
 from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label, literal
 
-BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
-"""The place and the shape of a color bar beside a map."""
-
+BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}  # a color bar beside a map
 _MOST_BELOW = 12  # names in a legend below a map
 _CHAOTIC = "reached through chaos"
 _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
@@ -414,9 +412,7 @@ def _draw_shares(view: ArchiveView, show: str, page: Page) -> tuple[Figure, Grid
 # ---- the 1:1 response in closed form -------------------------------------------------------------
 
 
-IN_TITLE = "dashed: bounds of 1:1 motion in closed form"
-"""What the title of a map says of the lines that `draw_manifold` draws."""
-
+IN_TITLE = "dashed: bounds of 1:1 motion in closed form"  # of the lines of `draw_manifold`
 _HALVED = 14  # times, the step between two values, to find where the response ends
 _MOST_VALUES = 120  # values of the other parameter at which the bounds are computed
 

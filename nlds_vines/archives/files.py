@@ -27,9 +27,6 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"  # the first bytes of every archive
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-# ---- files that appear whole ---------------------------------------------------------------------
-
-
 @contextmanager
 def in_one_line(doing: str) -> Iterator[None]:
     """Turn an error of the operating system or of HDF5 into "cannot `doing`: reason".
@@ -121,9 +118,6 @@ def open_regular(path: Path) -> BinaryIO:
         os.close(descriptor)
         raise ValueError("it is no regular file")
     return os.fdopen(descriptor, "rb")
-
-
-# ---- TOML ----------------------------------------------------------------------------------------
 
 
 def read_toml(path: Path) -> dict[str, Any]:

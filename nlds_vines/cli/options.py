@@ -83,9 +83,6 @@ class _Help(argparse.Action):
         parser.exit()
 
 
-# ---- options from settings -----------------------------------------------------------------------
-
-
 def add_settings(
     group: Parser | Group,
     *owners: Any,
@@ -107,9 +104,6 @@ def add_settings(
                     form = {"action": "store_true", "default": None}
                 dest = f"{setting.table}.{setting.key}"
                 group.add_argument(setting.flag, dest=dest, help=text, **form)
-
-
-# ---- options for tables of parameters ------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -186,9 +180,6 @@ VARY = named("--vary", "NAME=START:STOP:NUM", "an axis; NUM:log: equal ratios", 
 SAMPLES = Option(
     "--samples", "FILE.csv", "sets of parameters, one a row", lambda text: {"samples": {FILE: text}}
 )
-
-
-# ---- texts ---------------------------------------------------------------------------------------
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:

@@ -102,9 +102,6 @@ def run_options(options: argparse.Namespace) -> RunOptions:
     return RunOptions(**values)
 
 
-# ---- paths ---------------------------------------------------------------------------------------
-
-
 def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
     return None if value is None else Path(value)
 

@@ -120,9 +120,6 @@ def live_orbit(
     return LiveOrbit(request, view, regime, trouble, panels)
 
 
-# ---- arrays --------------------------------------------------------------------------------------
-
-
 def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
     """Return a history of an orbit, one of `HISTORIES`.
 
@@ -193,9 +190,6 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
         "touches": touches,
         "spectrum": {"order": spectrum.order[wanted], "amplitude": np.maximum(amplitude, floor)},
     }
-
-
-# ---- words and files -----------------------------------------------------------------------------
 
 
 def words_of(regime: Regime) -> str:

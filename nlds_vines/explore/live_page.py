@@ -433,7 +433,6 @@ class Page:
         self.say_job()
 
     def say_state(self) -> None:
-        """Show the state of the kernels, and the progress of the map that the command computes."""
         words, job = self.opened.kernels, self.opened.job
         if words == READY and job is not None and job.share < 1:
             words = job.error or job.note or f"computing the map: {job.share:.0%}"
@@ -441,7 +440,6 @@ class Page:
         self.say_job()
 
     def say_job(self) -> None:
-        """Show the progress of the map that this page computes, and enable the buttons."""
         job, line = self.job, ""
         running = job is not None and job.share < 1 and not (job.cancelled or job.error)
         if job is not None and job.error:

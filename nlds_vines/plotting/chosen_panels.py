@@ -129,9 +129,6 @@ def several_panels(show: str, panels: Iterable[str]) -> RequestError:
     return RequestError(f"show = {show!r} names several panels, axes take one of: {names}")
 
 
-# ---- files ---------------------------------------------------------------------------------------
-
-
 def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:
     """Return `draw(view)`; raise `RequestError` if the content of the archive is inconsistent."""
     try:

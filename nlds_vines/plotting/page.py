@@ -73,20 +73,16 @@ class Page:
     beside: bool
 
     @property
-    def across(self) -> float:
-        """About the width of the panels of a diagram."""
+    def across(self) -> float:  # about the width of the panels of a diagram
         return self.width - _LEFT - _RIGHT
 
 
+# a picture over both columns, or over the width of a report, and one for one column of a paper
 TWO_COLUMNS = Page(width=WIDTH, panel=4.4 * CM, map_height=8.8 * CM, beside=True)
-"""A picture over both columns, or over the width of a report: 16 cm."""
-
 ONE_COLUMN = Page(width=8.4 * CM, panel=4.2 * CM, map_height=5.0 * CM, beside=False)
-"""A picture for one column of a paper: 8.4 cm."""
 
 
 def page_of(columns: object) -> Page:
-    """Return the page of a picture for 1 or 2 columns; `RequestError` for anything else."""
     return {"1": ONE_COLUMN, "2": TWO_COLUMNS}[choice("columns", str(columns), ("1", "2"))]
 
 
@@ -248,7 +244,6 @@ def write_letters(panels: Sequence[Axes]) -> None:
 
 
 def logarithmic_ticks() -> LogLocator:
-    """Return a locator of ticks at 1, 2, 5, 10, 20, ..."""
     return LogLocator(subs=(1.0, 2.0, 5.0))
 
 
@@ -284,9 +279,7 @@ class _WrittenOut(LogLocator):
 def _places(digits: Sequence[int], low: float, high: float, every: int = 1) -> list[float]:
     """Return digits times each, or `every` n-th, power of ten from `low` to `high`."""
     powers = range(floor(log10(low)) - 1, ceil(log10(high)) + 1)
-    ticks = [
-        float(f"{digit}e{power}") for power in powers if power % every == 0 for digit in digits
-    ]
+    ticks = [float(f"{digit}e{n}") for n in powers if n % every == 0 for digit in digits]
     # an end may miss its power by round-off
     return [value for value in ticks if low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)]
 

@@ -115,8 +115,6 @@ def labeled(meaning: str, symbol: str, unit: str) -> str:
     return " ".join(filter(None, parts))
 
 
-# ---- text ----------------------------------------------------------------------------------------
-
 _GREEK = {"ω": r"\omega", "ν": r"\nu", "ζ": r"\zeta", "φ": r"\varphi", "λ": r"\lambda"}
 _LATEX = {**_GREEK, "₀": "_0", "₁": "_1", "₂": "_2"}
 _EXTREME = re.compile("(max|peak)$")

@@ -125,9 +125,6 @@ def in_pieces(
         raise errors[0]
 
 
-# ---- other workers -------------------------------------------------------------------------------
-
-
 def as_finished(
     executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], ahead: int
 ) -> Iterator[tuple[Item, Result]]:
@@ -179,9 +176,6 @@ def as_finished(
             future.cancel()
 
 
-# ---- shards --------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Shard:
     """One of `count` equal shares of the blocks of a scan; `index` counts from 1."""
@@ -220,9 +214,6 @@ class Shard:
                 f"numbered without gaps and have up to {MOST_SHARDS} tasks; else give --shard i/n"
             )
         return cls(here - low + 1, count)
-
-
-# ---- what this machine has -----------------------------------------------------------------------
 
 
 def processors() -> int:

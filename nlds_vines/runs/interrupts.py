@@ -123,9 +123,6 @@ def stop_on_signals() -> Iterator[Stop]:
             signal.signal(number, handler)
 
 
-# ---- work that signals end -----------------------------------------------------------------------
-
-
 _given_up: contextvars.ContextVar[threading.Event | None] = contextvars.ContextVar(
     "the event that says that nobody waits for the results of this thread", default=None
 )
@@ -179,9 +176,6 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         return results[0]
 
     return beside
-
-
-# ---- the end of a process ------------------------------------------------------------------------
 
 
 _alive: list[Callable[[], bool]] = []  # of each thread that was abandoned, whether it is alive

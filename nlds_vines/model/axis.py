@@ -51,7 +51,20 @@ class Axis(Outlined):
 
     def __post_init__(self) -> None:
         string("name of an axis", self.name)
-        unsorted = _numbers(self.name, self.values)
+        sequence: Any = self.values
+        if hasattr(sequence, "__array__"):
+            sequence = np.asarray(sequence)
+        if not _is_sequence(sequence):
+            raise RequestError(f"values = {shown(sequence)} must be a list of numbers")
+        if not 1 <= len(sequence) <= MOST_VALUES:
+            text = f"{self.name} has {len(sequence)} values; allowed: from 1 to {MOST_VALUES}"
+            raise RequestError(text)
+        is_array = isinstance(sequence, np.ndarray)
+        if is_array and sequence.dtype.kind in "iuf" and np.isfinite(sequence).all():
+            unsorted = sequence.astype(np.float64) + 0.0  # -0.0 becomes 0.0, as `number` has it
+        else:
+            entries = sequence.tolist() if is_array else sequence
+            unsorted = np.array([number(self.name, value) for value in entries])
         values = np.sort(unsorted)
         equal = values[1:][np.diff(values) == 0]
         if equal.size:
@@ -133,20 +146,6 @@ def _is_sequence(values: Any) -> bool:
     if hasattr(values, "__array__"):
         return bool(np.ndim(values) == 1)
     return isinstance(values, Sequence) and not isinstance(values, str | bytes)
-
-
-def _numbers(name: str, values: Any) -> np.ndarray:
-    if hasattr(values, "__array__"):
-        values = np.asarray(values)
-    if not _is_sequence(values):
-        raise RequestError(f"values = {shown(values)} must be a list of numbers")
-    if not 1 <= len(values) <= MOST_VALUES:
-        raise RequestError(f"{name} has {len(values)} values; allowed: from 1 to {MOST_VALUES}")
-    if isinstance(values, np.ndarray):
-        if values.dtype.kind in "iuf" and np.isfinite(values).all():
-            return values.astype(np.float64) + 0.0  # -0.0 becomes 0.0, as `number` has it
-        values = values.tolist()
-    return np.array([number(name, value) for value in values])
 
 
 @dataclass(frozen=True)

@@ -88,34 +88,29 @@ class Free(Interval):
         return self.name == "V"
 
     def value(self, unit: np.ndarray) -> np.ndarray:
-        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""
+        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale.
+
+        NumPy's exponential depends on the processor, and a search on every bit.
+        """
         if self.logarithmic:
-            low, high = logarithms(np.array([self.low, self.high]))
-            values = exponentials(low + unit * (high - low))
+            from nlds_vines.kernels.numerics.elementary import exp, log
+
+            low, high = log(self.low), log(self.high)
+            exponents = np.ravel(low + unit * (high - low)).tolist()
+            values = np.reshape([exp(exponent) for exponent in exponents], np.shape(unit))
         else:
             values = self.low + unit * (self.high - self.low)
         return np.clip(values, self.low, self.high)  # round-off must not exceed a bound
 
     def unit(self, value: np.ndarray) -> np.ndarray:
         """Return the places from 0 (low) to 1 (high) of values [SI] on its scale."""
-        if self.logarithmic:
-            low, high = logarithms(np.array([self.low, self.high]))
-            return (logarithms(value) - low) / (high - low)
-        return (value - self.low) / (self.high - self.low)
+        if not self.logarithmic:
+            return (value - self.low) / (self.high - self.low)
+        from nlds_vines.kernels.numerics.elementary import log
 
-
-def exponentials(values: np.ndarray) -> np.ndarray:
-    """Return e^x of each value; NumPy's depends on the processor, and a search on every bit."""
-    from nlds_vines.kernels.numerics.elementary import exp
-
-    return np.reshape([exp(float(x)) for x in np.ravel(values)], np.shape(values))
-
-
-def logarithms(values: np.ndarray) -> np.ndarray:
-    """Return the natural logarithm of each value, as `exponentials`."""
-    from nlds_vines.kernels.numerics.elementary import log
-
-    return np.reshape([log(float(x)) for x in np.ravel(values)], np.shape(values))
+        low, high = log(self.low), log(self.high)
+        logarithms = [log(one) for one in np.ravel(value).tolist()]
+        return (np.reshape(logarithms, np.shape(value)) - low) / (high - low)
 
 
 def values_of(free: tuple[Free, ...], units: np.ndarray) -> np.ndarray:

@@ -375,7 +375,6 @@ def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
 
 
 def _is_beyond(section_map: SectionMap, point: Point) -> bool:
-    """Return True if an orbit passes the limit of its scene."""
     if section_map.scene.limit is None:
         return False
     n = point.cycle.n

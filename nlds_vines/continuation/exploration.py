@@ -68,8 +68,6 @@ def turned(point: Point) -> Point:
 
 @dataclass
 class Track:
-    """One branch."""
-
     points: list[Point]  # of two directions, that along which the parameter falls first, reversed
     specials: list[Special]  # in the same order
     ends: tuple[str, str]  # keys of `branch_arm.ENDS`
@@ -178,10 +176,8 @@ class Explorer:
         for number, track in enumerate(self.tracks):  # to which the branches that leave are added
             for at, special in enumerate(track.specials):
                 make: Callable[[int, int], Track | Switch]
-                if special.kind == "PD" and 2 * track.n <= longest:
-                    make = self._from_doubling
-                elif special.kind == "BP":
-                    make = self._from_branch_point
+                if (special.kind == "PD" and 2 * track.n <= longest) or special.kind == "BP":
+                    make = self._leaving
                 elif special.kind == "GR" and "grazing" in track.ends:
                     make = self._from_grazing
                 else:
@@ -268,33 +264,28 @@ class Explorer:
             outcome = Switch.KNOWN
         return outcome
 
-    def _from_doubling(self, parent: int, at: int) -> Track | Switch:
-        origin = self.tracks[parent].specials[at].point
-        beside = doubled(self.section_map, origin)
+    def _leaving(self, parent: int, at: int) -> Track | Switch:
+        """Follow the branch that leaves another at a period doubling or a branch point."""
+        special = self.tracks[parent].specials[at]
+        search = doubled if special.kind == "PD" else other_branch
+        beside = search(self.section_map, special.point)
         if beside is None:
             return Switch.FAILED
         start, far = beside
         if self.lies_on(start.cycle):
             return Switch.KNOWN
+        if special.kind == "BP":
+            track = self._joined([start, turned(start)], far)
+            if isinstance(track, Track):
+                track.origin, track.parent, track.at = "BP", parent, at
+            return track
         arm = self._follow(start, far)
-        first = self.section_map.at(origin.cycle.place, start.cycle.n)
+        first = self.section_map.at(special.point.cycle.place, start.cycle.n)
         if first is not None:  # the branch begins with the orbit that doubles
             begin = point_of(self.section_map, first, start.tangent, self.bounds.lengths)
             arm.points.insert(0, begin or Point(first, start.tangent, start.weights, 0.0))
             arm.specials = [replace(s, index=s.index + 1) for s in arm.specials]
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
-
-    def _from_branch_point(self, parent: int, at: int) -> Track | Switch:
-        beside = other_branch(self.section_map, self.tracks[parent].specials[at].point)
-        if beside is None:
-            return Switch.FAILED
-        start, far = beside
-        if self.lies_on(start.cycle):
-            return Switch.KNOWN
-        track = self._joined([start, turned(start)], far)
-        if isinstance(track, Track):
-            track.origin, track.parent, track.at = "BP", parent, at
-        return track
 
     def _share_points(self, track: Track) -> None:
         """Mark branch points and rigid grazings that a new track shares with others as followed.

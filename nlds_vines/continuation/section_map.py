@@ -84,8 +84,6 @@ class Cycle(Outlined):
 
 
 class SectionMap:
-    """The section map of a system with free parameters."""
-
     def __init__(
         self, system: System, names: tuple[str, ...], settings: Settings | None = None
     ) -> None:

@@ -42,8 +42,6 @@ Located = tuple[float, Point, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Special:
-    """One special point."""
-
     kind: str  # of `KINDS`
     point: Point
     before: str  # label along the branch

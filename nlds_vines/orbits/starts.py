@@ -13,7 +13,9 @@ from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
-POLICIES = ("rest", "up", "down", "both", "random")  # the policies of starts besides `STATE`
+POLICIES = ("rest", "up", "down", "both", "random")
+"""The policies of starts besides `STATE`."""
+
 STATE = "state"  # the policy of orbits that start in a state of the request
 
 AT_ANY_PHASE = ("rest", STATE)

@@ -86,24 +86,7 @@ class Objective:
         The objective is the maximum over the cases of E1max, or of the quantity that the search
         minimizes; with draws, the mean or a quantile of that maximum over the draws.
         """
-        # the parameters of every orbit (trials, draws, cases); draw 0 is nominal
-        tuning, grid = self._tuning, dict(self._cases)
-        shape = len(trials), len(self._places), tuning.case_count
-        *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
-        grid |= dict(zip(tuning.names, points, strict=True))
-        for i, one in enumerate(tuning.uncertain):
-            nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
-            grid[one.name] = one.at(nominal, self._places[:, i, np.newaxis])
-        if tuning.history is None:
-            grid[tuning.frequency] = grid[tuning.frequency] * factor
-        else:
-            spring = "k1" if "k1" in tuning.system.parameters else "k"
-            stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
-            scale = grid.get("scale", np.asarray(tuning.value("scale")))
-            grid[spring] = stiffness * (factor * factor)
-            grid["scale"] = scale * stretch
-            grid["draw"] = self._noise[:, np.newaxis]
-        grid = {name: np.broadcast_to(values, shape) for name, values in grid.items()}
+        tuning, grid = self._tuning, self._grid(trials)
         if self._batch is None:
             values = worst(outcome_under(tuning, grid, self._tell))
             return over_draws(values, tuning.search.quantile, tuning.quantile)
@@ -122,6 +105,26 @@ class Objective:
             values = worst(self._batch.run(cells[rows], starts[rows], *periods))
             results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
         return results
+
+    def _grid(self, trials: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
+        tuning, grid = self._tuning, dict(self._cases)
+        shape = len(trials), len(self._places), tuning.case_count
+        *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
+        grid |= dict(zip(tuning.names, points, strict=True))
+        for i, one in enumerate(tuning.uncertain):
+            nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
+            grid[one.name] = one.at(nominal, self._places[:, i, np.newaxis])
+        if tuning.history is None:
+            grid[tuning.frequency] = grid[tuning.frequency] * factor
+        else:
+            spring = "k1" if "k1" in tuning.system.parameters else "k"
+            stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
+            scale = grid.get("scale", np.asarray(tuning.value("scale")))
+            grid[spring] = stiffness * (factor * factor)
+            grid["scale"] = scale * stretch
+            grid["draw"] = self._noise[:, np.newaxis]
+        return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
 
 
 def worst(outcome: Outcome) -> np.ndarray:

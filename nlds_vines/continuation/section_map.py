@@ -36,8 +36,7 @@ WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
 
 # the compiled entries of a continuation
 KERNELS = (
-    cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered,
-    part_period.enter,
+    cycles.trace, cycles.measure_cycles, cycles.solve_bordered, part_period.enter,
 )  # fmt: skip
 
 
@@ -126,7 +125,6 @@ class SectionMap:
         cells = np.zeros(1, self._template.dtype).view(np.recarray)  # refused at once
         compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
         with compilation.followed(dict.fromkeys(KERNELS, "branches")):
-            cycles.fill_norms(parts, cells[0], np.zeros(size))
             cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
             if shoots_from_flights(self.scene):
                 none, status = np.zeros((0, 4)), np.zeros(0, np.int64)
@@ -208,7 +206,9 @@ class SectionMap:
         cell = self.cells(cycle.values[np.newaxis])[0]
         weights = np.empty(self.size + len(lengths))
         of_state = weights[: self.size]
-        cycles.fill_norms(self._parts, cell, of_state)
+        # the energy norms sqrt(2 E) of unit states: x1, v1 (of both masses), r and s
+        with_damper = (cell.k1, cell.m1 + cell.m2, cell.k2, cell.m2)
+        of_state[:] = np.sqrt(with_damper if self.size == 4 else (cell.k1, cell.m1))
         of_state /= cycle.span if cycle.span > 0.0 else 1.0
         if self.size == 4:  # a spring without stiffness has no energy
             of_state[2] = max(of_state[2], of_state[3] * float(cell.omega))

@@ -32,7 +32,14 @@ from ..scene.scene import (
     near_constants,
     structure_under,
 )
-from ..watch.observe import EXCESS, FIRST_VIOLATION, LIMIT, NUMBER, note_energy, note_violation
+from ..watch.observe import (
+    EXCESS,
+    FIRST_VIOLATION,
+    LIMIT,
+    NUMBER,
+    note_energy,
+    note_violation,
+)
 from ..watch.response import begin_tally, report
 from .verdict import judge
 
@@ -154,7 +161,8 @@ def cell_orbit(prepared, limit, state, span, buffers):
     if span.first is not None:
         first = span.first
         noted = 0 if buffers.early is None else len(buffers.early)
-        none = None if buffers.early is None else buffers.early[:0]  # the same type: compiled once
+        # (a section without room has the type of other ones: the time loop is compiled once)
+        none = None if buffers.section is None else buffers.section[:0]
         before = OrbitBuffers(limit_log, none, None, None, peak, None, None, None, None)
         status = run(prepared, before, Span(0, first - noted, 1), state, None, None)
         if status == OK and buffers.early is not None:

@@ -31,7 +31,7 @@ from ..orbit.variations import (
 )
 from ..scene.codes import OK
 from ..scene.law import SHRUNK
-from ..scene.scene import CellBuffers, Span, damper_of, joined, scale_of, structure_under
+from ..scene.scene import CellBuffers, Span, damper_of, structure_under
 from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, RELEASE, SPEED, Impacts
 from .cells import checked_cell, flow_in, run_cell
 
@@ -136,17 +136,6 @@ def trace(parts, cell, changes, phase, y, traced):
 
 
 @jit(entry=True)
-def fill_norms(parts, cell, norms):
-    """Fill norms (size,) with the energy norms of the unit states."""
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    y = np.zeros(4)
-    for i in range(len(norms)):
-        y[i] = 1.0
-        norms[i] = scale_of(ps, joined(damper), y[0], y[1], y[2], y[3])
-        y[i] = 0.0
-
-
-@jit(entry=True)
 def solve_bordered(matrix, columns, rows, right, system):
     """Solve ((matrix, columns), (rows)) x = right in place; return the determinant, 0: singular.
 
@@ -179,7 +168,7 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
         for i in range(4):
             state[i] = starts[lane, i]
         rows[0, RELEASE] = np.nan
-        impacts = Impacts(rows, np.ones(1, np.int64))
+        impacts = Impacts(rows, np.ones(1, np.int64), 0)
         violation = None if extremes.violation is None else extremes.violation[lane]
         buffers = CellBuffers(
             None, None, None, impacts, extremes.energy[lane], None, None, violation, None, None,

@@ -16,7 +16,7 @@ from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.fours import bare
-from ..orbit.orbit import at_section, bounded, on_ground, run, set_mode
+from ..orbit.orbit import bounded, on_ground, run, set_mode
 from ..scene.codes import (
     BAD_PARAMETERS,
     DIVERGED,
@@ -43,7 +43,14 @@ from ..scene.scene import (
     shared,
     structure_under,
 )
-from ..watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts, note_energy
+from ..watch.observe import (
+    IMPACT_COLUMNS,
+    RELEASE,
+    TOUCH,
+    Impacts,
+    note_energy,
+    note_section,
+)
 from ..watch.response import begin_tally, note_sums, report, work_at
 from .cells import (
     begin_limit_log,
@@ -127,7 +134,9 @@ def at_edge(prepared, buffers, tally, edge, state):
     ps, damper = prepared.ps, prepared.damper
     if buffers.peak is not None:
         note_energy(ps, damper, buffers.peak, state[0], state[1], state[2], state[3])
-    at_section(joined(damper), buffers.section, edge, state[0], state[1], state[2], state[3])
+    if buffers.section is not None:
+        x1, v1, r, s = state[0], state[1], state[2], state[3]
+        note_section(joined(damper), buffers.section, edge, x1, v1, r, s)
     note_sums(ps, damper, buffers.sums, edge, tally)
 
 

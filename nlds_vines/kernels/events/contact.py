@@ -343,7 +343,7 @@ class Steps(NamedTuple):
 
 
 @jit
-def start_at_rest(side, watch, phase):
+def start_at_rest(side, tangent, tally, phase):
     """Move row OLD past a touch without speed, which steps in theta cannot leave; return the time.
 
     Under an external acceleration a the depth grows as a t^2 / 2, exact to round-off until the
@@ -365,26 +365,26 @@ def start_at_rest(side, watch, phase):
     k[OLD], k[OLD + 1] = root_of(wall, depth), speed
     k[OLD + 2], k[OLD + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     y = x1, v1, sign * (wall.gap + z), sign * s
-    if watch.tangent is not None:
+    if tangent is not None:
         # The variations of row OLD move on by the time t.
-        for i in range(WIDTH + OLD, WIDTH + OLD + count_of(watch.tangent), 4):
+        for i in range(WIDTH + OLD, WIDTH + OLD + count_of(tangent), 4):
             side.k[i] += t * side.k[i + 1]
             side.k[i + 2] += t * side.k[i + 3]
-        if is_a(watch.tangent, Driven):  # df/dp is constant for so short a time
-            for i in range(len(watch.tangent.rates)):
-                by, at = watch.tangent.rates[i], WIDTH + OLD + 4 * i
+        if is_a(tangent, Driven):  # df/dp is constant for so short a time
+            for i in range(len(tangent.rates)):
+                by, at = tangent.rates[i], WIDTH + OLD + 4 * i
                 motion = y, (dv, sign * external)
                 adds = source_of(side.ps, side.damper, by, 1.0, motion, c, (0.0, 0.0))
                 for j in range(4):
                     k[at + j] += t * adds[j]
-    if watch.tally is not None:
+    if tally is not None:
         # The tally takes the time t, in which the state rests.
-        add_state(watch.tally.row, t, y, absolute(watch.tally.ground, dv, c), c, phase)
-        if watch.tally.foot is not None:
-            foot, (cosine, sine) = watch.tally.foot, phase
+        add_state(tally.row, t, y, absolute(tally.ground, dv, c), c, phase)
+        if tally.foot is not None:
+            foot, (cosine, sine) = tally.foot, phase
             gone = x1 - (foot.cosine * cosine + foot.sine * sine)
             rate = v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine)
-            add_from_foot(watch.tally.row, t, gone, rate)
+            add_from_foot(tally.row, t, gone, rate)
     return t
 
 
@@ -441,7 +441,7 @@ def contact(side, watch, phase, now, stop):
             k[OLD + WIDTH + i] = rows_of(tangent)[i]
     for count in range(MOST_STEPS):
         if count == 0:
-            elapsed = start_at_rest(side, watch, phase)
+            elapsed = start_at_rest(side, tangent, watch.tally, phase)
             phase = after(ps, phase, elapsed)
         # The longest step: a part of the free impact of this depth and speed, with the external
         # acceleration and the rates of all other motion over the distance that q can go.

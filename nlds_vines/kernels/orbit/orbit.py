@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..events.contact import follow_at, leave_wall, leaves, may_leave, structure_at
 from ..events.exact import fly
 from ..events.fixed_step import FixedGrid, fly_fixed, phase_in_step
 from ..impact.arc import Arc
-from ..motion.driven import Linear, carry
+from ..impact.inside import RECALLED_NUMBERS
+from ..motion.driven import Driven, Linear, carry
 from ..motion.flight import bare_grid, coarse_map, phase_at, step
 from ..motion.load_cells import Loaded, began_at, end_of_cells, phase_of
 from ..numerics.compiling import jit
@@ -48,7 +51,7 @@ from ..watch.observe import (
     note_touch,
 )
 from ..watch.response import bare_tally, note_sums
-from .repetition import periods_to_run, reference_for, renew, repeat, sum_up_period
+from .repetition import AT, periods_to_run, renew, repeat, sum_up_period
 
 HUGE = 1.0e150  # bound of |x1| + |v1| + |r| + |s|; a comparison with NaN fails, too
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -90,32 +93,19 @@ def bounded(x1, v1, r, s):
     return abs(x1) + abs(v1) + abs(r) + abs(s) < HUGE
 
 
-@jit
-def at_section(damper, section, row, x1, v1, r, s):
-    if section is not None and row < len(section):
-        note_section(damper, section, row, x1, v1, r, s)
-
-
-@jit
-def bare_arc(arc):
-    if arc is None:
-        return None
-    return Arc(arc.tolerance, arc.settled, arc.levels, bare(arc.table))
-
-
 @by_wall
 def bare_motion(motion):
     return motion
 
 
 @jit
-def side_of(prepared, wall, sign, motion):
-    """Return the `Side` of a wall of a cell with bare rows, None if there is no wall."""
+def side_of(prepared, wall, sign, motion, arc):
+    """Return the `Side` of a wall of a cell, None if there is no wall; arc: with a bare table."""
     if wall is None:
         return None
-    arc = bare_arc(prepared.arc) if says(wall, "SHORT_IMPACTS") else None
+    solved_on = arc if says(wall, "SHORT_IMPACTS") else None
     return Side(
-        prepared.rk4, prepared.ps, prepared.damper, wall, sign, arc, bare_motion(motion),
+        prepared.rk4, prepared.ps, prepared.damper, wall, sign, solved_on, bare_motion(motion),
         prepared.contact_steps, prepared.grid.rate, bare(prepared.scratch),
     )  # fmt: skip
 
@@ -140,8 +130,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             steps.n, steps.h, steps.turn, steps.rate, bare(steps.cosine), bare(steps.middle),
             bare(steps.table), steps.begun,
         )  # fmt: skip
-    near_side = side_of(prepared, near, 1.0, prepared.held_near)
-    far_side = side_of(prepared, far, -1.0, prepared.held_far)
+    base = prepared.arc
+    arc = None if base is None else Arc(base.tolerance, base.settled, base.levels, bare(base.table))
+    near_side = side_of(prepared, near, 1.0, prepared.held_near, arc)
+    far_side = side_of(prepared, far, -1.0, prepared.held_far, arc)
     fly_on, flight = fly if rk4 is None else fly_fixed, Flight(rk4, ps, damper, near, far, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
     slowest, section, by_period = buffers.slowest, buffers.section, buffers.by_period
@@ -155,15 +147,31 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             impacts = Touches(bare(data.reshape(-1)), filled, len(data))
         else:
             impacts = Impacts(bare(data.reshape(-1)), filled, len(data))
+    if tangent is None:
+        varied: Any = None
+    elif is_a(tangent, Driven):
+        varied = Driven(bare(tangent.rows), tangent.rates)
+    else:
+        varied = bare(tangent)
     rows = impacts if is_a(buffers.impacts, Impacts) else None  # to which contacts add
-    watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
+    # Flights and contacts get the records that they fill and no other ones: what they call is then
+    # compiled once for all choices of the others.
+    in_flight = Watch(limit_log, energy, clearance, None, None, tally)
+    in_contact = Watch(limit_log, energy, None, rows, varied, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(STATE_SIZE - STATE_AHEAD):
         k[AHEAD + i] = state[STATE_AHEAD + i]
-    arc = bare_arc(prepared.arc)
-    room = reference_for(tangent, buffers, prepared.grid.begun, arc)
+    # Periods that repeat are copied, unless a record depends on more than the state, or counts from
+    # the orbit's beginning.
+    if tangent is not None or slowest is not None or buffers.limit_log is not None:
+        room: Any = None
+    elif is_a(prepared.grid.begun, Loaded):
+        room = None
+    else:
+        room = np.zeros(AT.recalled + (0 if arc is None else RECALLED_NUMBERS))
     reference = bare(room)  # while `room` is in use
-    renew(reference, tally, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
+    if room is not None:
+        renew(reference, tally, impacts, k, 0, (x1, v1, r, s, q, float(mode)))
     p, last = 0, span.periods
     while p < last:
         j, x, touches = 0, 0.0, 0
@@ -179,17 +187,17 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     event = CLEARED
                     if mode != FLYING:
                         event, j, x, q, x1, v1, r, s = leave_wall(
-                            near_side, far_side, mode, watch, grid,
+                            near_side, far_side, mode, in_flight, grid,
                             end_of_cells(grid, j, stop), begun, (q, x1, v1, r, s),
                         )  # fmt: skip
                     if event == CLEARED:
                         mode = FLYING
                         event, j, x, x1, v1, r, s = fly_on(
-                            flight, watch, (j, x), stop, (x1, v1, r, s)
+                            flight, in_flight, (j, x), stop, (x1, v1, r, s)
                         )
                     if tangent is not None:
                         time = (j + x - place) * grid.h
-                        carry(tangent, through_air, place / grid.n, before, time)
+                        carry(varied, through_air, place / grid.n, before, time)
                     if event == SECTION:
                         if j < stop:  # a load goes on as another function
                             continue
@@ -220,7 +228,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     phase = phase_at(grid, j, x)
                 touched = time, phase, (j + x) / grid.n
                 event, q, now, took, felt = follow_at(
-                    near_side, far_side, mode, watch, touched, left, (q, s, x1, v1)
+                    near_side, far_side, mode, in_contact, touched, left, (q, s, x1, v1)
                 )
                 x1, v1, r, s = now
                 place = j + x + took / grid.h
@@ -248,15 +256,19 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     x = place - j
             # Note the section.
             x1, v1 = structure_at(damper, x1, v1, r, s)
-            at_section(joined(damper), section, p * span.stops + i, x1, v1, r, s)
-            note_sums(ps, damper, buffers.sums, p * span.stops + i, tally)
+            row = p * span.stops + i
+            if section is not None and row < len(section):
+                note_section(joined(damper), section, row, x1, v1, r, s)
+            note_sums(ps, damper, buffers.sums, row, tally)
         if not bounded(x1, v1, r, s):
             return DIVERGED
         p += 1
-        y = x1, v1, r, s, q, float(mode)
-        sum_up_period(reference, tally)
-        last = periods_to_run(reference, arc, watch, impacts, k, p, last, y)
-    repeat(room, buffers, grid, tally, impacts, span, last)
+        if room is not None:
+            y = x1, v1, r, s, q, float(mode)
+            sum_up_period(reference, tally)
+            last = periods_to_run(reference, arc, in_flight, impacts, k, p, last, y)
+    if room is not None:
+        repeat(room, buffers, grid, tally, impacts, span, last)
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     for i in range(STATE_SIZE - STATE_AHEAD):
         state[STATE_AHEAD + i] = k[AHEAD + i]
@@ -285,8 +297,10 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
                 if buffers.tally is not None:  # sums are taken cell by cell
                     fly_on(flight, watch, (first, 0.0), stop, y)
                 y = step(damper, maps, i, y[0], y[1], y[2], y[3])
-            at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
-            note_sums(ps, damper, buffers.sums, p * stops + i, watch.tally)
+            row = p * stops + i
+            if section is not None and row < len(section):
+                note_section(damper, section, row, y[0], y[1], y[2], y[3])
+            note_sums(ps, damper, buffers.sums, row, watch.tally)
         if tangent is not None:
             carry(tangent, through_air, 0.0, start, grid.h * grid.n)
         if not bounded(y[0], y[1], y[2], y[3]):

@@ -9,7 +9,7 @@ long for orbits that settle after 100 to 200 periods). The reference holds every
 depends on: the state, the impact under way, the largest values and the smallest clearance so far (a
 search for a larger one begins there), and the results that are recalled for nearly equal impacts.
 Orbits run to their end if a record counts from the orbit's beginning (the log of a limit) or
-depends on more than the state (variations, loads).
+depends on more than the state (variations, loads): they have no reference.
 
 Rows of impacts are copied with their times within a period, to which the beginning of the later
 period is added: the same bits. The integrals of a response are summed period by period with
@@ -26,11 +26,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ..impact.arc import ARC
 from ..impact.inside import RECALLED_NUMBERS
-from ..motion.load_cells import Loaded, began_at
+from ..motion.load_cells import began_at
 from ..motion.response_sums import BEGIN, MOST, SUMS
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
@@ -76,21 +74,6 @@ AT = Reference()
 
 
 @jit
-def reference_for(tangent, buffers, begun, arc):
-    """Return room for the reference of an orbit, or None if its periods cannot be copied.
-
-    begun: as of its grid; arc: None if no impact is recalled.
-    """
-    if tangent is not None or buffers.slowest is not None:
-        return None
-    if buffers.limit_log is not None:
-        return None
-    if is_a(begun, Loaded):
-        return None
-    return np.zeros(AT.recalled + (0 if arc is None else RECALLED_NUMBERS))
-
-
-@jit
 def touches_so_far(impacts):
     if impacts is None:
         return 0
@@ -100,13 +83,10 @@ def touches_so_far(impacts):
 @jit
 def sum_up_period(reference, tally):
     """Add a period's integrals to the totals and reset them to 0."""
-    if reference is None:
-        return
-    if tally is None:
-        return
-    for i in range(SUMS):
-        add_to_total(reference, i, tally.row[i])
-        tally.row[i] = 0.0
+    if tally is not None:
+        for i in range(SUMS):
+            add_to_total(reference, i, tally.row[i])
+            tally.row[i] = 0.0
 
 
 @jit
@@ -125,8 +105,6 @@ def renew(reference, tally, impacts, k, p, y):
 
     y: (x1, v1, r, s, q, mode); k: the scratch of contacts.
     """
-    if reference is None:
-        return
     for i in range(6):
         reference[AT.state + i] = y[i]
     for i in range(9):
@@ -182,8 +160,6 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
     of the rest. Rows of impacts need one cycle more: the impact under way now began in the cycle
     before, of which only the states are known to be equal.
     """
-    if reference is None:
-        return last
     if reference[AT.cycle] > 0.0:
         return last
     returned = same_bits(reference[AT.ahead], k[AHEAD])
@@ -238,10 +214,8 @@ def repeat(reference, buffers, grid, tally, impacts, span, computed):
     """Copy the last cycle into the rows of all periods after the first `computed` ones.
 
     Copied rows have the bits that the time loop would compute. The row of a `tally` gets the sums
-    over all periods, with an error of round-off. Nothing is done without a reference.
+    over all periods, with an error of round-off.
     """
-    if reference is None:
-        return
     n, cycles = 0, 0
     if computed < span.periods:
         n, stops = int(reference[AT.cycle]), span.stops

@@ -42,7 +42,7 @@ UNLESS = {
     "energy": {
         "observe.note_energy",
         "response.note_peaks",
-        "response.bodies_within",
+        "response.note_energies",
         "inside.note_end",
     },
     "response": {"response.tally_piece", "response.tally_push"},

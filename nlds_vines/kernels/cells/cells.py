@@ -1,4 +1,4 @@
-"""One cell of a map from its parameters to its outputs: its parts, its orbit, its verdict.
+"""One cell of a map from its parameters to its outputs: its parts, its orbit, its section map.
 
 Also orbits that begin at any phase of the forcing (`enter`).
 """
@@ -41,7 +41,6 @@ from ..watch.observe import (
     note_violation,
 )
 from ..watch.response import begin_tally, report
-from .verdict import judge
 
 STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
 
@@ -126,6 +125,7 @@ def checked_cell(parts, cell, stops, begun):
 def run_cell(parts, cell, state, span, buffers):
     """Advance `state` (STATE_SIZE,) over the transient and a `Span` of periods; return a status.
 
+    From the last state of an earlier run of the cell, the orbit goes on as that run would have.
     parts: `Parts`; cell: the numbers of `model.system.CELL`; span.first: periods of the transient,
     None if there never is one, so that nothing is compiled for it; buffers: `CellBuffers`.
     """
@@ -136,28 +136,14 @@ def run_cell(parts, cell, state, span, buffers):
         return DIVERGED
     if status != OK:
         return status
-    status = cell_orbit(prepared, cell.limit, state, span, buffers)
-    if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
-        return DIVERGED
-    if status == OK and span.periods > 0 and overflowed(buffers.response):
-        return DIVERGED
-    return status
-
-
-@jit
-def cell_orbit(prepared, limit, state, span, buffers):
-    """Advance `state` in a prepared cell (other arguments and result as of `run_cell`).
-
-    From the last state of an earlier run of the cell, the orbit goes on as that run would have.
-    """
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
     on_ground(damper, state)
     if state[5] == FLYING:  # a state inside a contact is complete, with the impact under way
         set_mode(prepared.near, prepared.far, state)
-    limit_log = begin_limit_log(buffers.violation, limit, state)
+    limit_log = begin_limit_log(buffers.violation, cell.limit, state)
     start_energy(ps, damper, peak, state)
     # the transient: periods without sections, then those whose sections are recorded
-    status, first = OK, 0
+    first = 0
     if span.first is not None:
         first = span.first
         noted = 0 if buffers.early is None else len(buffers.early)
@@ -187,6 +173,10 @@ def cell_orbit(prepared, limit, state, span, buffers):
         if buffers.energy is not None and peak is not None:
             peak[0], peak[1] = max(peak[0], buffers.energy[0]), max(peak[1], buffers.energy[1])
         report_violation(buffers.violation, limit_log)
+        if overflowed(buffers.energy) or overflowed(peak):
+            return DIVERGED
+        if span.periods > 0 and overflowed(buffers.response):
+            return DIVERGED
     return status
 
 
@@ -243,27 +233,21 @@ def report_violation(violation, limit_log):
         violation[2] = limit_log[NUMBER]
 
 
-# ---- a verdict -----------------------------------------------------------------------------------
+# ---- the section map -----------------------------------------------------------------------------
 
 
 @jit
-def flow_in(parts, prepared, n, begun):
-    """Return the `variations.Flow` of a prepared cell of one stop; n: its number of exact cells.
+def cell_flow(parts, cell, begun):
+    """Return the `variations.Flow` of a cell, and a status; the flow is valid only if it is OK.
 
-    Its exact grid is that of the cell, unless the method or linear contacts have another one.
+    begun: `flight.Begun` of share 1, the phase of the sections. The exact grid of the flow is that
+    of the cell, unless the method or linear contacts have another one.
     """
+    status, prepared = checked_cell(parts, cell, 1, begun)
     if parts.rk4 is not None or says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
-        return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun))
-    return flow_of(prepared, prepared.grid)
-
-
-@jit
-def judge_cell(parts, cell, ends, section, first, stages, evidence):
-    """Fill the evidence of an orbit of a cell (other arguments and result as of `judge`)."""
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
-    n = cells_of(ps, damper)
-    prepared = prepared_cell(parts, cell, ps, damper, n, 1, PERIOD)
-    return judge(flow_in(parts, prepared, n, PERIOD), ends, section, first, stages, evidence)
+        n = max(cells_of(prepared.ps, prepared.damper), 1)
+        return flow_of(prepared, grid_from(prepared.ps, prepared.damper, n, begun)), status
+    return flow_of(prepared, prepared.grid), status
 
 
 # --------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..motion.driven import RATE_COLUMNS, Driven, fill_rates
-from ..motion.flight import PERIOD, Begun, cells_of
+from ..motion.flight import PERIOD, Begun
 from ..numerics.compiling import jit
 from ..numerics.matrices import eigenvalues, solve
 from ..orbit.orbit import STATE_SIZE
@@ -33,7 +33,7 @@ from ..scene.codes import OK
 from ..scene.law import SHRUNK
 from ..scene.scene import CellBuffers, Span, damper_of, structure_under
 from ..watch.observe import IMPACT_COLUMNS, IMPACT_FORCE, RELEASE, SPEED, Impacts
-from .cells import checked_cell, flow_in, run_cell
+from .cells import cell_flow, run_cell
 
 # Columns of the numbers of a cycle:
 #   0 DEFECT   energy norm of image - y over EXTENT   3 GENTLEST  slowest impact [m/s], inf: none
@@ -56,33 +56,10 @@ class Traced(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """Extremes of orbits."""
-
     energy: Any  # (orbits, 2) the largest E1 and E2 [J]
     strokes: Any  # (orbits, 2) the largest approach speed [m/s] and contact force [N]
     violation: Any  # (orbits, 3) as `cells.report_violation`, or None
     touches: Any  # (orbits, room, 4) the columns WALL to SPEED of the first impacts
-
-
-@jit
-def cell_flow(parts, cell, begun):
-    """Return the `variations.Flow` of a cell, and a status; the flow is valid only if it is OK.
-
-    begun: `flight.Begun` of share 1, the phase of the sections.
-    """
-    status, prepared = checked_cell(parts, cell, 1, begun)
-    n = max(cells_of(prepared.ps, prepared.damper), 1)
-    return flow_in(parts, prepared, n, begun), status
-
-
-@jit
-def set_shrinking(scratch, value):
-    """Set the logarithm by which contacts have shrunk volumes; return it as it was before."""
-    if scratch is None:
-        return 0.0
-    before = scratch[SHRUNK]
-    scratch[SHRUNK] = value
-    return before
 
 
 @jit(entry=True)
@@ -97,7 +74,9 @@ def trace(parts, cell, changes, phase, y, traced):
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
-    set_shrinking(flow.prepared.scratch, 0.0)
+    k, volume = flow.prepared.scratch, 0.0  # volume: the logarithm by which contacts shrink it
+    if k is not None:
+        k[SHRUNK] = 0.0
     status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
     if status != OK:
         return status
@@ -107,7 +86,9 @@ def trace(parts, cell, changes, phase, y, traced):
     if span > 0.0:
         numbers[DEFECT] /= span
     numbers[MISS], numbers[GENTLEST] = clearance, slowest
-    volume = set_shrinking(flow.prepared.scratch, 0.0)
+    if k is not None:
+        volume = k[SHRUNK]
+        k[SHRUNK] = 0.0
     numbers[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
     monodromy = matrix_of(tangent, size)
     for i in range(size):

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..motion.flight import PERIOD
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..orbit.orbit import STATE_SIZE
@@ -19,9 +20,10 @@ from ..orbit.repetition import TOLERANCE, impacts_of, period_of
 from ..scene.codes import OK
 from ..scene.scene import CellBuffers, Ground
 from ..watch.observe import Touches
-from .cells import judge_cell, run_cell
+from .cells import cell_flow, run_cell
+from .verdict import judge
 
-# indices of `LaneBuffers.ends`; int() makes them one type, compiled once
+# indices of `LaneBuffers.ends`
 FIRST_STATE, LAST_STATE = 0, 1
 
 
@@ -71,33 +73,6 @@ def buffers_of(parts, buffers, span, chain, link):
     )
 
 
-@jit
-def summarize(section, by_period, counts, cycle):
-    """Fill the counts (3,) and the cycle (n, k near, k far) of a cell.
-
-    counts: impacts by wall, and the number of periods with two impacts.
-    """
-    if counts is not None:
-        counts[0], counts[1], counts[2] = 0, 0, 0
-        for p in range(len(by_period)):
-            counts[0] += by_period[p, 0]
-            counts[1] += by_period[p, 1]
-            if by_period[p, 0] + by_period[p, 1] == 2:
-                counts[2] += 1
-    if cycle is not None:
-        cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
-        if by_period is not None:
-            for wall in range(2):
-                cycle[1 + wall] = impacts_of(by_period, wall, cycle[0])
-
-
-@jit
-def note_ends(ends, chain, link, which, state):
-    if ends is not None:
-        for i in range(len(state)):
-            ends[chain, link, which, i] = state[i]
-
-
 @jit(entry=True)
 def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
     """Run chains `begin` to `end` - 1 of a block of cells (chains, links) from starts (chains, 4).
@@ -119,18 +94,31 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
                 for i in range(4, STATE_SIZE):  # the contact follows from r and s in this cell
                     state[i] = 0.0
             cell_buffers = buffers_of(parts, buffers, span, chain, link)
-            note_ends(buffers.ends, chain, link, int(FIRST_STATE), state)
+            if buffers.ends is not None:
+                for i in range(STATE_SIZE):
+                    buffers.ends[chain, link, FIRST_STATE, i] = state[i]
             code = run_cell(parts, cell, state, span, cell_buffers)
-            note_ends(buffers.ends, chain, link, int(LAST_STATE), state)
+            if buffers.ends is not None:
+                for i in range(STATE_SIZE):
+                    buffers.ends[chain, link, LAST_STATE, i] = state[i]
             status[chain, link] = code
-            if code == OK:
-                counts, cycle = buffers.counts, buffers.cycle
-                summarize(
-                    cell_buffers.section, cell_buffers.by_period,
-                    lane_of(counts, chain, link), lane_of(cycle, chain, link),
-                )  # fmt: skip
-            else:
+            if code != OK:
                 state[:] = 0.0
+                continue
+            if buffers.counts is not None:
+                counts, by_period = buffers.counts[chain, link], cell_buffers.by_period
+                counts[0], counts[1], counts[2] = 0, 0, 0
+                for p in range(len(by_period)):
+                    counts[0] += by_period[p, 0]
+                    counts[1] += by_period[p, 1]
+                    if by_period[p, 0] + by_period[p, 1] == 2:
+                        counts[2] += 1
+            if buffers.cycle is not None:
+                cycle = buffers.cycle[chain, link]
+                cycle[0], cycle[1], cycle[2] = period_of(cell_buffers.section, TOLERANCE), 0, 0
+                if parts.near is not None or parts.far is not None:
+                    for wall in range(2):
+                        cycle[1 + wall] = impacts_of(cell_buffers.by_period, wall, cycle[0])
 
 
 @jit(entry=True)
@@ -145,7 +133,8 @@ def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
     for lane in range(begin, end):
         chain, link = lane // links, lane % links
         if status[chain, link] == OK:
-            status[chain, link] = judge_cell(
-                parts, cells[chain, link], finished.ends[chain, link],
-                finished.section[chain, link], finished.first, stages, evidence[chain, link],
+            flow, _ = cell_flow(parts, cells[chain, link], PERIOD)
+            status[chain, link] = judge(
+                flow, finished.ends[chain, link], finished.section[chain, link], finished.first,
+                stages, evidence[chain, link],
             )  # fmt: skip

@@ -19,6 +19,7 @@ from ..orbit.variations import new_state
 from ..scene.codes import OK
 from ..scene.drive import Moment
 from ..scene.scene import accelerations, damper_of, joined, unloaded
+from ..watch.observe import TOUCH
 from .load_orbit import (
     ALIKE,
     Load,
@@ -33,7 +34,6 @@ from .load_orbit import (
     structure_energy,
     structure_moved,
     touch_by,
-    touch_within,
     walls_of,
 )
 
@@ -91,7 +91,6 @@ def excess_in_cell(ps, motion, level, x):
 
 @jit
 def root_in_cell(ps, motion, level, low, high):
-    """Return the root of `excess_in_cell` between two places."""
     f0, f1 = excess_in_cell(ps, motion, level, low), excess_in_cell(ps, motion, level, high)
     x = low
     for _ in range(ROOT_STEPS):
@@ -162,8 +161,11 @@ def flown_in_parts(parts, cell, load, i, within, start, buffers):
 @jit
 def touch_in_part(load, i, begin, width, buffers):
     """Return the time [s] of the last touch in a part of cell i, NaN if there is none."""
-    first, h = load.edges[i], load.edges[i + 1] - load.edges[i]
-    return touch_within(buffers.impacts, first + h * begin, first + h * (begin + width))
+    if buffers.impacts is None:
+        return math.nan
+    first, h, data = load.edges[i], load.edges[i + 1] - load.edges[i], buffers.impacts.data
+    j = touch_by(buffers.impacts, -1, first + h * (begin + width))
+    return data[j, TOUCH] if j >= 0 and data[j, TOUCH] >= first + h * begin else math.nan
 
 
 @jit
@@ -395,8 +397,6 @@ class Loads(NamedTuple):
 
 
 class LoadResults(NamedTuple):
-    """The results of many orbits under loads."""
-
     numbers: Any  # (orbits, `load_numbers.ORBIT_NUMBERS`)
     response: Any  # (orbits, `codes.RESPONSE_COLUMNS`)
     peak: Any  # (orbits, 2) largest E1 and E2 [J]

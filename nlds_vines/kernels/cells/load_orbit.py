@@ -81,18 +81,13 @@ class Load(NamedTuple):
 def structure_moved(parts, shaken, cell):
     """Return the `Structure` of a cell under a load in N; shaken: as in `Load`."""
     ps = structure_under(parts.load, cell)
+    if parts.damper is None or is_a(parts.damper, Ground):
+        on_damper: Any = None
+    else:
+        on_damper = shaken
     return Structure(
-        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load,
-        shaken_damper(joined(parts.damper), shaken),
+        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load, on_damper
     )  # fmt: skip
-
-
-@jit
-def shaken_damper(damper, shaken):
-    """Return True if the ground accelerates a damper, too; None otherwise, as decided by types."""
-    if damper is None:
-        return None
-    return shaken
 
 
 @jit
@@ -230,8 +225,7 @@ def fly_under(parts, cell, load, state, buffers):
     return status
 
 
-# --------------------------------------------------------------------------------------------------
-# The orbit at the edges of the cells: energies, bounds over a cell, contacts.
+# ---- The orbit at the edges of the cells: energies, bounds over a cell, contacts -----------------
 
 
 @jit
@@ -321,7 +315,6 @@ def on_wall(near, far, damper, section, i):
 
 @jit
 def beyond(wall, r):
-    """Return True if r is at the limit of a wall or beyond it."""
     if wall is None:
         return False
     return r >= wall.gap
@@ -343,15 +336,6 @@ def touch_by(impacts, j, time):
     while j >= 0 and impacts.data[j, TOUCH] > time:
         j -= 1
     return j
-
-
-@jit
-def touch_within(impacts, begin, end):
-    """Return the time [s] of the last touch between `begin` and `end` [s], NaN if there is none."""
-    if impacts is None:
-        return math.nan
-    j = touch_by(impacts, -1, end)
-    return impacts.data[j, TOUCH] if j >= 0 and impacts.data[j, TOUCH] >= begin else math.nan
 
 
 @jit

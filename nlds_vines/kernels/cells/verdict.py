@@ -178,11 +178,6 @@ def section_at(space, course, m):
 
 
 @jit
-def no_maps():
-    return np.empty((0, 16))
-
-
-@jit
 def periods_together(flow, periods):
     """Return after how many periods variations are made orthonormal again, of so many in all.
 
@@ -351,7 +346,7 @@ def note_chaotic_transient(flow, course, evidence, period):
     place_state(flow, course.origin, state)
     set_identity(tangent)
     logs, nothing = np.zeros(min(periods, LONGEST_LOOK)), no_section(flow.space)
-    if follow_growth(flow, nothing, state, tangent, logs, growth, no_maps()) != OK:
+    if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 16))) != OK:
         return
     mean, width = mean_and_width(logs)
     width = max(width, MARGIN)
@@ -564,8 +559,7 @@ def note_cycle(flow, evidence, period):
     evidence[ev.DIGITS] = np.nan
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
     volume = flow.trace * n * period  # ln |det M|, the sum of ln |mu|; contacts add theirs
-    near, far = flow.prepared.near, flow.prepared.far
-    volume += shrunk_in_contacts(near, far, flow, evidence[ev.POINT : ev.POINT + 4], n)
+    volume += shrunk_in_contacts(flow, evidence[ev.POINT : ev.POINT + 4], n)
     if volume > RESOLVED:
         return
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
@@ -574,7 +568,7 @@ def note_cycle(flow, evidence, period):
     for _ in range(ALIGNING + 1):
         growth[:] = 0.0
         logs, nothing = np.zeros(n), no_section(flow.space)
-        if follow_growth(flow, nothing, state, tangent, logs, growth, no_maps()) != OK:
+        if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 16))) != OK:
             return
     for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
@@ -652,7 +646,7 @@ def judge(flow, ends, record, first, stages, evidence):
     ends: the states (2, STATE_SIZE) at the orbit's beginning and end; record (periods, components):
     its sections after the `first` periods; stages: further periods of each stage.
     """
-    course = Course(record, len(record), first, ends[0].copy(), no_maps(), 1)
+    course = Course(record, len(record), first, ends[0].copy(), np.empty((0, 16)), 1)
     evidence[:] = np.nan
     evidence[ev.KIND], evidence[ev.CYCLE_PERIOD], evidence[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
     period = flow.exact_grid.h * flow.exact_grid.n
@@ -682,7 +676,7 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        length, maps, batch = course.length, no_maps(), periods_together(flow, further)
+        length, maps, batch = course.length, np.empty((0, 16)), periods_together(flow, further)
         record = np.empty((length + further, course.record.shape[1]))
         for p in range(length):
             for c in range(record.shape[1]):

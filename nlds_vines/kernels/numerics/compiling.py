@@ -149,7 +149,6 @@ class EntryLibrary(codegen.JITCodeLibrary):
     """The code of an entry, linked with all inner kernels below it, then optimized as a whole."""
 
     def finalize(self) -> None:
-        """Link, optimize, and make machine code."""
         self._raise_if_finalized()
         self.linked = list(all_called(self, {}))
         for library in self.linked:
@@ -282,8 +281,6 @@ _Dispatcher: Any = registry.CPUDispatcher
 
 
 class Kernel(_Dispatcher):
-    """A compiled kernel that Python calls."""
-
     place: tuple[str, str]
     """Module and name under which other processes find it, or the function whose body it is."""
 
@@ -379,7 +376,6 @@ class Inner(Kernel):
         return jit(copy, entry=True)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel from Python."""
         return self.entry(*arguments)
 
 

@@ -80,8 +80,6 @@ class Decide(FunctionPass):
 
 
 class DecidingCompiler(CompilerBase):
-    """Numba's passes with `Decide` before type inference."""
-
     def define_pipelines(self) -> list[Any]:
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(Decide, IRProcessing)

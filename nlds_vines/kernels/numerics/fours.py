@@ -58,10 +58,8 @@ def _begin(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return context.make_array(sig.args[0])(context, builder, args[0]).data
 
 
-@lower_builtin(bare, types.CPointer)
-@lower_builtin(bare, types.NoneType)
-def _as_it_is(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return args[0]
+for _kind in (types.CPointer, types.NoneType):
+    lower_builtin(bare, _kind)(lambda context, builder, sig, args: args[0])
 
 
 # ---- four numbers --------------------------------------------------------------------------------
@@ -70,8 +68,6 @@ FOUR = 4
 
 
 class Four(types.Type):
-    """The type of four numbers, as Numba knows it."""
-
     def __init__(self) -> None:
         super().__init__(name="Four")
 
@@ -175,10 +171,6 @@ def _each(builder: Any, name: str, v: Any) -> Any:
     return builder.call(function, [v])
 
 
-def _sizes(builder: Any, v: Any) -> Any:
-    return _each(builder, "fabs", v)
-
-
 def _greater(builder: Any, v: Any, w: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", w, v), w, v)
 
@@ -209,22 +201,12 @@ def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return context.get_dummy_value()
 
 
-@lower_builtin(four, types.Float)
-def _same(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _spread(builder, args[0])
-
-
 @lower_builtin(four_of, types.Float, types.Float, types.Float, types.Float)
 def _joined(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     vector = ir.Constant(_VECTOR, ir.Undefined)
     for k in range(FOUR):
         vector = builder.insert_element(vector, args[k], ir.Constant(_INDEX, k))
     return vector
-
-
-@lower_builtin(number_of, Four, types.Integer)
-def _one(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return builder.extract_element(args[0], builder.trunc(args[1], _INDEX))
 
 
 @lower_builtin(sum_of, Four)
@@ -235,23 +217,21 @@ def _total(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(largest_of, Four)
 def _largest(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    a, b, c, d = (_number(builder, _sizes(builder, args[0]), k) for k in range(FOUR))
+    sizes = _each(builder, "fabs", args[0])
+    a, b, c, d = (_number(builder, sizes, k) for k in range(FOUR))
     return _greater(builder, _greater(builder, a, c), _greater(builder, b, d))
 
 
-@lower_builtin(larger_of, Four, Four)
-def _larger(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _greater(builder, args[0], _sizes(builder, args[1]))
-
-
-@lower_builtin(roots_of, Four)
-def _roots(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _each(builder, "sqrt", args[0])
-
-
-def _either(a: Any, b: Any) -> Any:
-    """Return the type of a sum, product, ... of which one side is a four."""
-    return _FOUR if (a, b) in ((_FOUR, _FOUR), (_FOUR, _REAL), (_REAL, _FOUR)) else None
+lower_builtin(larger_of, Four, Four)(
+    lambda context, builder, sig, args: _greater(builder, args[0], _each(builder, "fabs", args[1]))
+)
+lower_builtin(roots_of, Four)(lambda context, builder, sig, args: _each(builder, "sqrt", args[0]))
+lower_builtin(four, types.Float)(lambda context, builder, sig, args: _spread(builder, args[0]))
+lower_builtin(number_of, Four, types.Integer)(
+    lambda context, builder, sig, args: builder.extract_element(
+        args[0], builder.trunc(args[1], _INDEX)
+    )
+)
 
 
 def _arithmetic(sign: Any, instruction: str) -> None:
@@ -264,9 +244,9 @@ def _arithmetic(sign: Any, instruction: str) -> None:
         )
         return getattr(builder, instruction)(*sides)
 
-    _typed(sign, _either)
-    for kinds in ((Four, Four), (Four, types.Float), (types.Float, Four)):
-        lower_builtin(sign, *kinds)(lower)
+    for a, b in ((_FOUR, _FOUR), (_FOUR, _REAL), (_REAL, _FOUR)):
+        lower_builtin(sign, type(a), type(b))(lower)
+    _typed(sign, lambda a, b: _FOUR if _FOUR in (a, b) and {a, b} <= {_FOUR, _REAL} else None)
 
 
 for _sign, _instruction in (

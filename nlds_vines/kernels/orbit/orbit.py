@@ -89,7 +89,6 @@ def on_ground(damper, state):
 
 @jit
 def bounded(x1, v1, r, s):
-    """Return True if a state is finite and below HUGE."""
     return abs(x1) + abs(v1) + abs(r) + abs(s) < HUGE
 
 

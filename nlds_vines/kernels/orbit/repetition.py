@@ -49,8 +49,6 @@ RENEWAL_STRIDE, RENEWAL_SHARE = 8, 8  # a later one stays for so many periods, o
 
 
 class Reference(NamedTuple):
-    """Places in the reference."""
-
     state: int = 0  # x1, v1, r, s, q, mode
     ahead: int = 6  # the 9 numbers of `inside.Ahead`
     since: int = 15  # the period that it precedes
@@ -134,24 +132,6 @@ def keep(reference, at, value):
 
 
 @jit
-def keep_notes(reference, arc, watch):
-    """Put extremes and recalled impacts into the reference; return True if they were there."""
-    same = True
-    if watch.energy is not None:
-        for i in range(2):
-            same = keep(reference, AT.extremes + i, watch.energy[i]) and same
-    if watch.clearance is not None:
-        same = keep(reference, AT.extremes + 2, watch.clearance[0]) and same
-    if watch.tally is not None:
-        for i in range(BEGIN - MOST):
-            same = keep(reference, AT.maxima + i, watch.tally.row[MOST + i]) and same
-    if arc is not None:
-        for i in range(RECALLED_NUMBERS):
-            same = keep(reference, AT.recalled + i, arc.table[ARC.recalled + i]) and same
-    return same
-
-
-@jit
 def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
     """Return how many of `last` periods must be computed, of which p have been.
 
@@ -169,8 +149,20 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
         for i in range(1, 9):
             returned = returned and same_bits(reference[AT.ahead + i], k[AHEAD + i])
     if returned:
-        n, had_returned = p - int(reference[AT.since]), reference[AT.returned] > 0.0
-        if keep_notes(reference, arc, watch) and had_returned:
+        n, same = p - int(reference[AT.since]), reference[AT.returned] > 0.0
+        # Put extremes and recalled impacts into the reference, and compare them with those there.
+        if watch.energy is not None:
+            for i in range(2):
+                same = keep(reference, AT.extremes + i, watch.energy[i]) and same
+        if watch.clearance is not None:
+            same = keep(reference, AT.extremes + 2, watch.clearance[0]) and same
+        if watch.tally is not None:
+            for i in range(BEGIN - MOST):
+                same = keep(reference, AT.maxima + i, watch.tally.row[MOST + i]) and same
+        if arc is not None:
+            for i in range(RECALLED_NUMBERS):
+                same = keep(reference, AT.recalled + i, arc.table[ARC.recalled + i]) and same
+        if same:
             reference[AT.cycle] = n
             reference[AT.touches] = touches_so_far(impacts) - reference[AT.touches]
             # the integrals of a response over one cycle

@@ -184,14 +184,14 @@ def shrinks(wall):
 
 
 @jit
-def shrunk_in_contacts(near, far, flow, y, n):
+def shrunk_in_contacts(flow, y, n):
     """Return the logarithm of the factor by which contacts shrink volumes in n periods from y.
 
     For a damped contact it is the integral of what its damping adds to the trace tr A.
     """
-    if near is None and far is None:
+    if flow.prepared.scratch is None:
         return 0.0
-    if not (shrinks(near) or shrinks(far)):
+    if not (shrinks(flow.prepared.near) or shrinks(flow.prepared.far)):
         return 0.0
     state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
     place_state(flow, y, state)

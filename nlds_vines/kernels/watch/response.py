@@ -359,12 +359,13 @@ def note_peaks(ps, damper, energy, piece, end, bodies):
 
 
 @jit
-def bodies_within(ps, damper, energy, w, end):
-    """Return the bodies whose energy may set a record in [0, end] of a piece (`note_peaks`).
-
-    A coordinate or velocity exceeds its larger end value by at most end^2 / 8 max |second
-    derivative|.
-    """
+def note_energies(ps, damper, energy, piece, end):
+    """Raise the largest energies to those in [0, end] of a piece, both ends included."""
+    noter, w = OfEnergies(ps, damper, energy, piece.table), piece.table
+    note_energy_at(noter, 0.0)
+    note_energy_at(noter, end)
+    # The bodies whose energy may set a record inside: a coordinate or velocity exceeds its larger
+    # end value by at most end^2 / 8 max |second derivative|.
     x, v, p, u, sag = 0.0, 0.0, 0.0, 0.0, 0.125 * end * end
     for n in range(2, ORDER + 1):
         i, part = COEF + 4 * n, n * (n - 1.0) * sag
@@ -381,16 +382,7 @@ def bodies_within(ps, damper, energy, w, end):
     mass, spring = body_of(ps, damper, 1)
     if 0.5 * (mass * u * u + spring * p * p) > energy[1]:
         breakers += 2
-    return breakers
-
-
-@jit
-def note_energies(ps, damper, energy, piece, end):
-    """Raise the largest energies to those in [0, end] of a piece, both ends included."""
-    noter = OfEnergies(ps, damper, energy, piece.table)
-    note_energy_at(noter, 0.0)
-    note_energy_at(noter, end)
-    note_peaks(ps, damper, energy, piece, end, bodies_within(ps, damper, energy, piece.table, end))
+    note_peaks(ps, damper, energy, piece, end, breakers)
 
 
 # ---- the response: a piece -----------------------------------------------------------------------

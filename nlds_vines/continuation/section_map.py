@@ -206,9 +206,7 @@ class SectionMap:
         cell = self.cells(cycle.values[np.newaxis])[0]
         weights = np.empty(self.size + len(lengths))
         of_state = weights[: self.size]
-        # the energy norms sqrt(2 E) of unit states: x1, v1 (of both masses), r and s
-        with_damper = (cell.k1, cell.m1 + cell.m2, cell.k2, cell.m2)
-        of_state[:] = np.sqrt(with_damper if self.size == 4 else (cell.k1, cell.m1))
+        of_state[:] = cycles.unit_norms(cell, self.size)
         of_state /= cycle.span if cycle.span > 0.0 else 1.0
         if self.size == 4:  # a spring without stiffness has no energy
             of_state[2] = max(of_state[2], of_state[3] * float(cell.omega))

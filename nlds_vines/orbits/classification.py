@@ -382,9 +382,9 @@ def _growth(
         np.empty((1, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((0, 4)),
         np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
     )  # fmt: skip
-    logs, volume, norms = np.empty((periods, size)), np.empty(periods), np.empty(size)
-    with compilation.followed({cycles.trace: "branches", cycles.fill_norms: "branches"}):
-        cycles.fill_norms(parts, cell[0], norms)
+    logs, volume = np.empty((periods, size)), np.empty(periods)
+    norms = cycles.unit_norms(cell[0], size)
+    with compilation.followed({cycles.trace: "branches"}):
         norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
         vectors = np.eye(size)  # one row each
         for p in range(periods):

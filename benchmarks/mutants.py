@@ -1,7 +1,7 @@
 """Mutants: change a source in one place at a time, and run the tests that must notice it.
 
     python -m benchmarks.mutants nlds_vines/archives/files.py tests/archives
-    python -m benchmarks.mutants nlds_vines/runs/executors.py tests/runs/test_executors.py --piece 2/4
+    python -m benchmarks.mutants nlds_vines/runs/executors.py tests/runs --piece 2/4
 
 Each comparison, sign, number, condition, returned value and call of the source is changed, in a
 copy of the checkout. A change that no test notices shows that a test is missing or that the code

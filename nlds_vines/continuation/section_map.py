@@ -22,7 +22,7 @@ from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of, unit_norms
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell
@@ -206,7 +206,7 @@ class SectionMap:
         cell = self.cells(cycle.values[np.newaxis])[0]
         weights = np.empty(self.size + len(lengths))
         of_state = weights[: self.size]
-        of_state[:] = cycles.unit_norms(cell, self.size)
+        of_state[:] = unit_norms(cell, self.size)
         of_state /= cycle.span if cycle.span > 0.0 else 1.0
         if self.size == 4:  # a spring without stiffness has no energy
             of_state[2] = max(of_state[2], of_state[3] * float(cell.omega))

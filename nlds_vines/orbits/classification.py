@@ -19,7 +19,7 @@ from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.kernel_inputs import parts_of, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, Settings, chosen_settings
@@ -383,7 +383,7 @@ def _growth(
         np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
     )  # fmt: skip
     logs, volume = np.empty((periods, size)), np.empty(periods)
-    norms = cycles.unit_norms(cell[0], size)
+    norms = unit_norms(cell[0], size)
     with compilation.followed({cycles.trace: "branches"}):
         norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
         vectors = np.eye(size)  # one row each

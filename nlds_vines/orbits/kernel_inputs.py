@@ -6,6 +6,8 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
+import numpy as np
+
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.numerics.deciding import says
@@ -49,3 +51,9 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),
     )
+
+
+def unit_norms(cell: Any, size: int) -> np.ndarray:
+    """Return the energy norms sqrt(2 E) of the `size` unit states (x1, v1, r, s)."""
+    with_damper = cell.k1, cell.m1 + cell.m2, cell.k2, cell.m2
+    return np.sqrt(with_damper if size == 4 else (cell.k1, cell.m1))

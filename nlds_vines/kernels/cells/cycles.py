@@ -116,12 +116,6 @@ def trace(parts, cell, changes, phase, y, traced):
     return OK
 
 
-def unit_norms(cell, size):
-    """Return the energy norms sqrt(2 E) of the unit states (x1, v1, r, s), in plain Python."""
-    with_damper = cell.k1, cell.m1 + cell.m2, cell.k2, cell.m2
-    return np.sqrt(with_damper if size == 4 else (cell.k1, cell.m1))
-
-
 @jit(entry=True)
 def solve_bordered(matrix, columns, rows, right, system):
     """Solve ((matrix, columns), (rows)) x = right in place; return the determinant, 0: singular.

@@ -112,7 +112,7 @@ def page() -> Iterator[str]:
         )
     heads = (
         "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
-        "contact lasts", "greatest force", "cost",
+        "longest contact", "greatest force", "cost",
     )  # fmt: skip
     yield from table(heads, rows, right=range(2, len(heads)))
     yield from LIMITS.splitlines()
@@ -141,20 +141,20 @@ This page is made by a command, in a clone:
 A law says what a wall does to the damper that meets it.
 [Parameters](dampers.md#contact-laws) lists them with their constants. Choose
 
-- `hertz` where the bodies are elastic and their materials known: the law of the paper. A damped
-  contact has a constant more, `hunt_crossley`.
+- `hertz` where the bodies are elastic and their materials known: the law of the paper.
+  `hunt_crossley` adds damping.
 - `restitution` where a coefficient was measured, and where nobody asks for forces or for how long
   a contact lasts. It is the cheapest, and what most papers on VI NES use.
 - `linear` for soft stops, rubber, or a spring that was built: kc and cc can be measured.
   `kelvin-voigt` is the same with a joint that may pull until the depth is zero; in nature only
-  glue does. Both are exact, and their round-off is as likely up as down: without damping and
+  glue does. Both are exact, and their round-off has no bias: without damping and
   forcing, energy is kept to 5e-10 for 100,000 periods.
 - `power` where a force was measured over the depth.
 
 SSul NES Set 6 at 6.28 rad/s, from rest, once it has settled, under each of them. Gains and losses
-are those from touch to release, with what springs and dashpots do meanwhile. Costs are CPU times
-of orbits from random starts over 100 periods, in units of that under `hertz`. Contacts under
-`power` and damped ones are stepped, which costs most.
+are those from touch to release, including the work of all other forces meanwhile. Costs are CPU
+times of orbits from random starts over 100 periods, in units of that under `hertz`, timed in turn
+(to some per cent). Contacts under `power` or with `hunt_crossley` are stepped, which costs most.
 
 """
 

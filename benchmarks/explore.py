@@ -196,9 +196,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
     parser.add_argument("--clicks", type=int, default=50)
-    parser.add_argument(
-        "--history", default="", help="as in the menu: `all periods from the start`"
-    )
+    parser.add_argument("--history", default="", help="as in the menu: `the first 100 periods`")
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -62,8 +62,8 @@ def response_curves(
     Parameters
     ----------
     source : list, System, str, path-like, mapping, CurveRequest or None
-        Systems or their names, before which the structure alone is computed; the path of a request
-        file with [[curves]], or its document; None for the dampers of the paper's Table 2.
+        Systems or their names; the structure alone is added as the first curve.  The path of a
+        request file with [[curves]], or its document; None for the dampers of the paper's Table 2.
     to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
     threads : int, optional
@@ -154,7 +154,7 @@ COMMAND = commands.of_task(
     (Scan, CurveRequest),
     but=("want", "effort", "signals"),
     usual=SAMPLING,
-    description="Largest energies against frequency: dampers and the structure alone.",
+    description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --show --log",
 )  # fmt: skip

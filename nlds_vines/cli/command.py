@@ -303,7 +303,7 @@ def of_task(
             option.add(group)
         add_settings(group, *owners, but=but, usual=usual)
         if not any("frequency" in settings_of(owner) for owner in owners):
-            words = f"of axes of the frequency: {', '.join(UNITS)} [as stated]"
+            words = f"unit of the frequency axis: {', '.join(UNITS)} [as stated]"
             parser.add_argument("--frequency", metavar="UNIT", help=words)
         add_run(parser)
 

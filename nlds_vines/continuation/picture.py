@@ -22,7 +22,7 @@ from nlds_vines.bifurcation.picture.choices import REGIMES
 from nlds_vines.bifurcation.picture.diagram import STRIP, draw_strip
 from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import MARKS, WORDS, Continued, SpecialCurve, continued
+from nlds_vines.continuation.result import MARKS, WORDS, Continued, SpecialCurve, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -60,14 +60,14 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
     """
 
     def draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
-        result = continued(view.path)
+        result = read_continuation(view.path)
         with nullcontext() if over is None else read(over) as scan:
             if result.request.plane is not None:
                 return plane_diagram(result, scan, page)
             return branch_diagram(result, scan, page, names)
 
     def panels(view: ArchiveView) -> dict[str, str]:
-        result = continued(view.path)
+        result = read_continuation(view.path)
         if result.request.plane is None:
             return panels_of(result)
         return {"plane": "curves of special points in the plane of two parameters"}
@@ -77,7 +77,7 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw one panel of a diagram, or the plane, into axes, with its legend."""
-    result = continued(view.path)
+    result = read_continuation(view.path)
     if result.request.plane is None:
         _fill(axes, result, name)
         axes.set_xlabel(axis_label(result.request.along.name))

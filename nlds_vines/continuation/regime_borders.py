@@ -1,8 +1,9 @@
-"""Why a scan's regimes change: the events on the branches of the orbits at each border of labels.
+"""Explain the borders between a scan's regimes by the special points on the branches beside them.
 
 The orbit of the last cell of a label is followed along its branch to the next cell, and the orbit
-of that cell back.  Either a special point ends it on the way (it loses stability, or its number of
-impacts changes), or it stays stable and the start has left its basin.
+of that cell back.  Either a special point of `ENDING` ends it on the way, or it stays stable up to
+there: it is the orbit of the next cell (perhaps with other impacts), or the start has left its
+basin.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from nlds_vines.model.labels import final
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")  # where a stable orbit ends or loses stability
 
-# Relative difference of the values of one special point that is reached from both sides; special
-# points with wider brackets are not located.
+# Largest relative difference between two values of one special point reached from both sides; a
+# special point with a wider bracket counts as not located.
 SAME = 1.0e-6
 
 
@@ -33,14 +34,14 @@ SAME = 1.0e-6
 class Walk:
     """The way of an orbit along its branch from its cell to the next."""
 
-    # the located special points (kind, value); the last one ends the orbit unless it is `alive`
+    # the located special points (kind, value), in the order of the walk
     events: tuple[tuple[str, float], ...]
     alive: bool  # whether the orbit is stable in the next cell
     label: str  # there
 
     @property
     def is_explained(self) -> bool:
-        """Whether the branch reaches the next cell or a special point that ends the orbit."""
+        """Whether the branch reaches the next cell, or a located special point ends the orbit."""
         return self.alive or any(kind in ENDING for kind, _ in self.events)
 
 
@@ -57,8 +58,8 @@ class Border:
     periodic: tuple[bool, bool]  # whether the orbits before and after are
 
     @property
-    def explained(self) -> bool:
-        """Whether at least one side is periodic, and the ways of all periodic sides explained."""
+    def is_explained(self) -> bool:
+        """Whether a side is periodic, and the walk of every periodic side is explained."""
         sides = zip(self.periodic, (self.left, self.right), strict=True)
         return any(self.periodic) and all(
             walk is not None and walk.is_explained for periodic, walk in sides if periodic
@@ -84,7 +85,7 @@ class Border:
     def words(self) -> str:
         if not any(self.periodic):
             return "no periodic orbit on either side"
-        if not self.explained and not self.unfollowed:
+        if not self.is_explained and not self.unfollowed:
             return "not explained"
         if self.left is not None and self.left.alive and self.left.label == final(self.after):
             if final(self.before) == final(self.after):
@@ -126,9 +127,10 @@ def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
 def walk_of(
     result: Continued, section_map: SectionMap, place: np.ndarray, n: int, until: float
 ) -> Walk | None:
-    """Follow the branch of an orbit to a value of the parameter, or until it loses stability.
+    """Follow the branch of the nT orbit at `place` (size + 1,) to the value `until`.
 
-    Arguments: the `place` (size + 1,) of the orbit, and n.  None if it lies on no branch.
+    The walk ends before it at a point of `ENDING`, or with the branch.  Return None if the orbit
+    lies on no branch.
     """
     value = float(place[-1])
     cycle = at_value(section_map, place, n, value)
@@ -168,14 +170,17 @@ def _walked(
         point = segment + 1 if ahead > 0 else segment
         label = str(branch.labels[point])
         if (until - values[point]) * toward <= 0.0:
-            if events and events[-1][0] == "GR":
+            # a label changes only at a GR: take the side beyond the last event; without a located
+            # GR, keep that of the point before
+            if events:
                 row = rows[rows.value == events[-1][1]][0]
                 label = str(row.after if ahead > 0 else row.before)
-            elif not any(kind == "GR" for kind, _ in events):
+            else:
                 label = str(branch.labels[segment if ahead > 0 else segment + 1])
             return Walk(tuple(events), True, label)
         segment += ahead
     if branch.ends[ahead > 0] == "shorter":
+        # the branch ended on the orbit of half its period: locate the period doubling there
         along, end = result.request.along, -1 if ahead > 0 else 0
         place = place_of(
             result.request.system, along.name, float(values[end]), branch.states[end].tolist()
@@ -194,7 +199,7 @@ def report(result: Continued, scan: ArchiveView, borders: list[Border]) -> Itera
     if not borders:
         yield "The regime of the scan is the same in all cells of this interval: no borders."
         return
-    explained = sum(border.explained for border in borders)
+    explained = sum(border.is_explained for border in borders)
     neither = sum(not any(border.periodic) for border in borders)
     beside = sum(bool(border.unfollowed) for border in borders)
     missed = f"{beside} beside an orbit whose branch was not followed, " if beside else ""
@@ -204,7 +209,10 @@ def report(result: Continued, scan: ArchiveView, borders: list[Border]) -> Itera
         f"{len(borders) - explained - neither - beside} not explained."
     )
     if beside:
-        yield f"`--from {scan.path}` follows the branches of all orbits of the scan."
+        yield (
+            f"`--from {scan.path}` follows the branches of the periodic orbits of every regime "
+            "of the scan."
+        )
     yield ""
     rows = [
         [

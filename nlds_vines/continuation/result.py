@@ -53,7 +53,8 @@ STATUS_FLAGS = {"complete": 0, "incomplete": 1}
 STABLE_FLAGS = {"unstable": 0, "stable": 1}
 CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
 
-SI, DEFECT = "m, m/s", "closing error of the orbit, relative"
+STATE_UNITS = "m, m/s"
+DEFECT = "closing error of the orbit, relative"
 INCOMPLETE = {"lost", "long"}  # ends of branches that are not complete
 RESOLVED = 1.0e-10  # largest last bracket of a resolved special point, relative to the parameter
 
@@ -95,11 +96,11 @@ class Branch(Outlined):
     clearance : (points,) ndarray
         Smallest distance [m] of a pass that misses a wall; inf without any.
     softest_impact, fastest_impact : (points,) ndarray
-        Approach speeds [m/s].
+        Smallest and largest approach speed [m/s]; inf and 0 without an impact.
     largest_force : (points,) ndarray
         Largest contact force [N].
     ends : (str, str)
-        Reasons of its ends at the first and the last point, keys of `branch_arm.ENDS`.
+        Why it ends at the first and the last point, keys of `branch_arm.ENDS`.
     origin : str
         "start", or the special point at which it leaves another branch: "PD" or "BP".
     parent : int
@@ -181,7 +182,7 @@ class SpecialCurve(Outlined):
     multipliers : (points, 4) complex ndarray
         Floquet multipliers.
     ends : (str, str)
-        Reasons of its ends, keys of `special_curves.ENDS`.
+        Why it ends at the first and the last point, keys of `special_curves.ENDS`.
     meetings : tuple of (str, float, float)
         Name and parameters of points of codimension two: R1 to R4, strong resonances; CP, cusp;
         LP-PD, fold-flip; GR-LP, GR-PD, GR-NS, contact with a curve of grazing.
@@ -263,11 +264,12 @@ class Continued(Drawable):
         """The special points, a row each, branch after branch.
 
         The columns are kind (LP, PD, NS, BP, GR or LIM); value of the parameter; before and after,
-        the labels along the branch; residual of the test function, relative; bracket, the width of
-        the last bracket in units of the parameter, and resolved, whether that is narrow; defect,
-        the closing error, relative; wall of a grazing impact; branch, its number; index, the number
-        of the branch's point before it; periodicity, n of nT; state at phase zero [m, m/s];
-        switch, the outcome of following the branch that leaves there.
+        the labels along the branch; residual of the test function, relative (not the closing error,
+        which is defect here); bracket, the width of the last bracket in units of the parameter;
+        resolved, whether that is at most 1e-10 of the value; defect, the closing error, relative;
+        wall of a grazing impact; branch, its number; index of the preceding point of its branch;
+        periodicity, n of nT; state at phase zero [m, m/s]; switch, the outcome of following the
+        branch that leaves there: none, followed, known or failed.
         """
         t = self.tables
         values, bracket = t[f"special_{self.request.along.name}"], t["bracket"]
@@ -360,7 +362,7 @@ class Continued(Drawable):
     def cycles_at(
         self, section_map: SectionMap, branch: Branch, value: float
     ) -> Iterator[tuple[int, Cycle]]:
-        """Yield the orbits of a branch at a value, each after the number of the point before.
+        """Yield (index of the preceding point, orbit) for each orbit of a branch at a value.
 
         Between two neighboring points, a rigid impact may pass phase zero.  The orbit is therefore
         interpolated and corrected at a phase in flight.
@@ -438,7 +440,7 @@ def map_of(request: Continuation) -> SectionMap:
     return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
 
 
-def continued(path: str | os.PathLike[str]) -> Continued:
+def read_continuation(path: str | os.PathLike[str]) -> Continued:
     """Return the results in the archive of a continuation; `RequestError` for any other file."""
     with read(path) as view:
         request = view.request(CONTINUATION, load_continuation)
@@ -457,17 +459,17 @@ def continued(path: str | os.PathLike[str]) -> Continued:
 
 
 def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], Any] | None]]:
-    """Yield the datasets of branches and special points, each with the function of its entries.
+    """Yield the datasets of branches and special points, each with the function of one entry.
 
-    The function takes the cycle of a point, a special point or a track, as the first dimension of
-    the dataset says; it is None if all entries are computed at once.
+    The function takes the cycle of a point, a special point or a branch (`Track`), as the first
+    dimension of the dataset says; it is None if all entries are computed at once.
     """
     free, scene, pair = PARAMETERS[request.along.name], request.system.scene, ("multiplier", "part")
     dims: tuple[str, ...] = ("point",)
     yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
     yield free.dataset(dims), lambda c: c.values[0]
-    yield Dataset.real("state", (*dims, "component"), SI, "orbit at phase zero"), None
-    yield Dataset.real("section", ("row", "component"), SI, "orbits at phase zero"), None
+    yield Dataset.real("state", (*dims, "component"), STATE_UNITS, "orbit at phase zero"), None
+    yield Dataset.real("section", ("row", "component"), STATE_UNITS, "orbits at phase zero"), None
     yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
     near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
     yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
@@ -492,8 +494,9 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     words = "kind of special point"
     yield Dataset.code("kind", dims, words, KIND_FLAGS), lambda s: KIND_FLAGS[s.kind]
     yield free.dataset(dims, "special_"), lambda s: s.point.cycle.values[0]
-    yield Dataset.real("special_state", (*dims, "component"), SI, "orbit at phase zero"), None
-    yield Dataset.whole("special_index", dims, "point of its branch before it"), lambda s: s.index
+    words = "orbit at phase zero"
+    yield Dataset.real("special_state", (*dims, "component"), STATE_UNITS, words), None
+    yield Dataset.whole("special_index", dims, "preceding point of its branch"), lambda s: s.index
     yield Dataset.whole("special_periodicity", dims, "n of nT"), lambda s: s.point.cycle.n
     yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
     yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
@@ -515,9 +518,9 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.whole("parent", dims, "branch that it leaves, -1 if none", -1), lambda t: t.parent
     words = "special point at which it leaves that branch, -1 if none"
     yield Dataset.whole("parent_special", dims, words, -1), lambda t: t.at
-    first = Dataset.code("first_end", dims, "reason of its end at its beginning", END_FLAGS)
+    first = Dataset.code("first_end", dims, "why it ends at its first point", END_FLAGS)
     yield first, lambda t: END_FLAGS[t.ends[0]]
-    last = Dataset.code("last_end", dims, "reason of its end at its end", END_FLAGS)
+    last = Dataset.code("last_end", dims, "why it ends at its last point", END_FLAGS)
     yield last, lambda t: END_FLAGS[t.ends[1]]
 
 
@@ -531,14 +534,14 @@ def datasets_of(request: Continuation) -> Iterator[Dataset]:
     for name in (item.name for item in request.free):
         yield PARAMETERS[name].dataset(point, "curve_")
         yield PARAMETERS[name].dataset(meeting, "meeting_")
-    yield Dataset.real("curve_state", (*point, "component"), SI, "orbit at phase zero")
+    yield Dataset.real("curve_state", (*point, "component"), STATE_UNITS, "orbit at phase zero")
     pair = (*point, "multiplier", "part")
     yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
     yield Dataset.whole("curve_impact_count", point, "k of nT,k")
     yield Dataset.code("curve_kind", curve, "kind of its special points", KIND_FLAGS)
     yield Dataset.whole("curve_periodicity", curve, "n of nT")
-    yield Dataset.code("curve_first_end", curve, "reason of its first end", CURVE_END_FLAGS)
-    yield Dataset.code("curve_last_end", curve, "reason of its last end", CURVE_END_FLAGS)
+    yield Dataset.code("curve_first_end", curve, "why it ends at its first point", CURVE_END_FLAGS)
+    yield Dataset.code("curve_last_end", curve, "why it ends at its last point", CURVE_END_FLAGS)
     yield Dataset.whole("curve_of_meeting", meeting, "curve that it lies on")
     yield Dataset.text("meeting", meeting, "the kinds that meet")
 
@@ -551,7 +554,7 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
 
     scales = [
         counted("point", "periodicity", "point of a branch, branch after branch"),
-        counted("row", "section", "state of an orbit, the n of one point after the other"),
+        counted("row", "section", "section state, n for each point, point after point"),
         counted("special", "kind", "special point, branch after branch"),
         counted("branch", "status", "branch"),
         Scale("component", np.array(components), "1", "component of the state"),
@@ -619,7 +622,7 @@ def _parts(cycle: Cycle) -> np.ndarray:
 
 
 def _determinant_error(cycle: Cycle) -> float:
-    """Return the relative difference of the product of multipliers and exp(volume).
+    """Return the relative difference of the product of multipliers and exp(volume) = |det M|.
 
     If exp(volume) is 0 (an impact with e = 0, a damper that sticks), return the modulus of the
     product.

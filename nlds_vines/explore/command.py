@@ -25,7 +25,7 @@ from nlds_vines.runs.interrupts import exit_without_destructors
 ADDRESS = "127.0.0.1"  # the only address at which the page is served
 PORT = 5006  # the default port; 0 takes a free one
 
-FREQUENCY = f"of the frequency of the force: {', '.join(UNITS)} [as stated]"
+FREQUENCY = f"unit of the frequency of the force: {', '.join(UNITS)} [as stated]"
 """The help of --frequency."""
 
 _CELLS = 401  # of the diagram of a system without a scan
@@ -42,7 +42,8 @@ examples:
       a system of the catalog, on a port that is free; the address is printed
 The page is served to this machine alone; Ctrl-C ends it.  Needs the extra `explore`:
 pip install 'nlds-vines[explore]'
-exit status: 130 after Ctrl-C, 143 terminated; 2 the request is wrong, or the port is taken
+exit status: 0 after --dry-run; 130 after Ctrl-C, 143 terminated; 2 the request is wrong, or the
+port is taken
 """
 
 
@@ -65,15 +66,15 @@ def refuse_samples(scan: Scan) -> None:
 def listening(port: int) -> socket.socket:
     """Return a socket that listens on a port of this machine alone, unless the port is taken."""
     try:
-        place = socket.create_server((ADDRESS, port), backlog=64)
+        listener = socket.create_server((ADDRESS, port), backlog=64)
     except OSError as error:
         raise RequestError(
             f"--port {port} of {ADDRESS} cannot be used: {os.strerror(error.errno or 0)}; "
             "--port 0 takes one that is free"
         ) from None
-    place.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # connections inherit it
-    place.setblocking(False)
-    return place
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # connections inherit it
+    listener.setblocking(False)
+    return listener
 
 
 def _carry_out(options: argparse.Namespace) -> int:
@@ -118,7 +119,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         varied = ", ".join(axis.heading() for axis in scan.axes)
         say(f"{scan.title}: {varied}; {sides} cells, {scan.starts} starts each")
         return DONE
-    with closing(listening(port)) as place:
+    with closing(listening(port)) as listener:
         from nlds_vines.explore.page_state import Opened
 
         opened = Opened(results or scan, options.frequency)
@@ -132,7 +133,7 @@ def _carry_out(options: argparse.Namespace) -> int:
                 say(scan.title, f"open {address}", end)
 
             return serve(
-                lambda document: Page(document, opened), place, greet, not options.no_browser
+                lambda document: Page(document, opened), listener, greet, not options.no_browser
             )
         finally:
             if not opened.close():

@@ -1,7 +1,7 @@
 """One orbit as arrays for the panels of the page, in words, and as files that repeat it.
 
-One run gives the orbit, as a portrait has it, and one call of `classify` its label, which is that
-of the archive for the same start and sampling.  The first orbit imports the kernels.
+A portrait run gives the orbit.  `classify` gives its label, which equals the archive's for the same
+start and sampling.  The first orbit imports the kernels.
 """
 
 from __future__ import annotations
@@ -44,18 +44,19 @@ HISTORIES: Mapping[str, str] = {
     SETTLED: f"{SHOW} periods, settled",
     "short": f"the first {SHOW} periods",
     "long": f"the first {LONG} periods",
-    "whole": "all periods from the start",
+    "whole": f"from the start, up to {MOST_PERIODS} periods",
 }
 """The time histories that a page can show, with their names in words."""
 
 SAMPLES = 256  # states per period, about five in a contact; the list of impacts has the exact peak
 
-MOST_CYCLES = 24
-"""Forcing periods of a phase trajectory that is not periodic; more would fill the plane."""
+MOST_PHASE_PERIODS = 24
+"""The most forcing periods of a phase trajectory; more of a chaotic one would fill the plane."""
 
 HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the forcing frequency
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
-PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"  # the names of saved files
+# the names of saved files
+PORTRAIT_FILE, SCAN_FILE, PICTURE_FILE = "portrait.toml", "part.toml", "portrait.png"
 _one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow each other
 
 
@@ -156,7 +157,7 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
         }
         ends["t"] = history["t"][np.stack([firsts, middles], axis=-1)]
         return {column: values.ravel() for column, values in ends.items()}
-    # every n-th sample, and all of a contact with those beside it
+    # every n-th sample, and every sample in contact with its two neighbors
     drawn = np.zeros(count, bool)
     drawn[:: max(1, -(-count // MOST_POINTS))] = True
     touching = np.pad(force != 0, 1)
@@ -167,11 +168,11 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
 def panels_without_time(view: View) -> dict[str, Arrays]:
     """Return the arrays of phase planes, section, touches and spectrum by name.
 
-    A phase plane holds one cycle of a periodic orbit, or `MOST_CYCLES` periods; the section at
-    impact holds phases [rad] and a column of speeds [m/s] for each wall.  Arrays of a damper are
-    empty if there is none.
+    A phase plane holds one cycle of a periodic orbit, or all periods of any other, but at most the
+    last `MOST_PHASE_PERIODS` periods.  The section at impact holds phases [rad] and a column of
+    speeds [m/s] for each wall.  Arrays of a damper are empty if there is none.
     """
-    states = view.states[-min(view.cycle, MOST_CYCLES) * view.samples :]
+    states = view.states[-min(view.cycle, MOST_PHASE_PERIODS) * view.samples :]
     states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
     damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
     parts = list(view.impact_section.values())
@@ -195,7 +196,7 @@ def panels_without_time(view: View) -> dict[str, Arrays]:
 def words_of(regime: Regime) -> str:
     n, k = regime.period, regime.impacts
     each = "forcing period" if n == 1 else f"{n} forcing periods"
-    impacts = f"{k} impact{'s' * (k > 1)} in each" if k else "no impact"
+    impacts = f"{k} impact{'s' * (k > 1)} in this time" if k else "no impact"
     return {
         "periodic": f"repeats every {each} with {impacts}",
         "transient_chaos": f"chaos that ended: now repeats every {each} with {impacts}",
@@ -231,19 +232,22 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
 
 
 def portrait_command(request: PortraitRequest) -> str:
-    """Return the command line that draws a portrait; of no catalog system, with `PORTRAIT`."""
+    """Return the command that draws a portrait.
+
+    It has options if they repeat a catalog system, else the file `PORTRAIT_FILE`.
+    """
     (column,) = request.columns
     system, base = column.system, catalog().get(column.system.name)
     laws = "kind", "law", "law_2"
     if base is None or any(getattr(base, one) != getattr(system, one) for one in laws):
-        return f"nlds-vines portrait {PORTRAIT}"
+        return f"nlds-vines portrait {PORTRAIT_FILE}"
     changed = {k: v for k, v in system.parameters.items() if base.parameters.get(k) != v}
     try:
         is_repeated = base.with_(**changed).parameters == system.parameters
     except RequestError:
         is_repeated = False
     if not is_repeated:
-        return f"nlds-vines portrait {PORTRAIT}"
+        return f"nlds-vines portrait {PORTRAIT_FILE}"
     words = ["nlds-vines", "portrait", "--system", system.name]
     for name, value in changed.items():
         words += ["--set", f"{name}={value!r}"]
@@ -261,10 +265,11 @@ def portrait_command(request: PortraitRequest) -> str:
 
 
 def picture(request: PortraitRequest, view: View) -> str:
+    """Return the portrait as a PNG in base64."""
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.portrait.picture import portrait
 
     with TemporaryDirectory() as folder:
-        path, origin = Path(folder) / PICTURE, ("recipe_hash", request.hash)
+        path, origin = Path(folder) / PICTURE_FILE, ("recipe_hash", request.hash)
         save_figure(portrait(request, [view]), path, request.title, origin)
         return base64.b64encode(path.read_bytes()).decode()

@@ -465,9 +465,9 @@ class Page:
             b64encode(one.to_toml().encode()).decode() for one in (request, self.chosen.part())
         )
         files = [
-            (live_orbit.PORTRAIT, "portrait recipe (.toml)", "application/toml", recipe),
-            (live_orbit.SCAN, "scan file of the map (.toml)", "application/toml", part),
-            (live_orbit.PICTURE, "picture of the orbit (.png)", "image/png", picture),
+            (live_orbit.PORTRAIT_FILE, "portrait recipe (.toml)", "application/toml", recipe),
+            (live_orbit.SCAN_FILE, "scan file of the map (.toml)", "application/toml", part),
+            (live_orbit.PICTURE_FILE, "picture of the orbit (.png)", "image/png", picture),
         ]
         links = "".join(
             f'<a download="{name}" href="data:{kind};base64,{code}">{words}</a>'

@@ -121,14 +121,14 @@ class OwnersServer(BokehTornado):
 
 def serve(
     fill: Callable[[Document], object],
-    listening: socket.socket,
+    listener: socket.socket,
     greet: Callable[[str], object],
     browser: bool,
 ) -> int:
     """Serve pages, which `fill` fills, until Ctrl-C or SIGTERM; return the exit status."""
     for name in ("bokeh", "tornado"):  # a page shows its own errors
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    status, loop, host = 0, IOLoop.current(), "{}:{}".format(*listening.getsockname())
+    status, loop, host = 0, IOLoop.current(), "{}:{}".format(*listener.getsockname())
 
     def end(number: int, frame: object) -> None:
         nonlocal status
@@ -138,7 +138,7 @@ def serve(
     # a page that is requested while the server ends remains empty
     owners = OwnersServer(lambda document: None if status else fill(document), host)
     http = HTTPServer(owners)
-    http.add_socket(listening)
+    http.add_socket(listener)
     server = BaseServer(loop, owners, http)
     address = f"http://{host}{ENTRY}?token={owners.token}"
     greet(address)

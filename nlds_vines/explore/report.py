@@ -62,7 +62,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("source", metavar="FILE.h5", help="an archive")
+    add("source", metavar="FILE.h5", help="the archive of a scan")
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
     add("--frequency", metavar="UNIT", help=FREQUENCY)

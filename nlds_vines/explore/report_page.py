@@ -22,7 +22,7 @@ from bokeh.models import ColumnDataSource, CustomJS, Select
 from bokeh.resources import Resources
 
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, continued
+from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import figures, map_view
 from nlds_vines.explore.map_data import NUMBERS, Stored
@@ -316,7 +316,7 @@ class Table(NamedTuple):
 
 def branches_of(path: Path, scan: Scan) -> Continued:
     """Return the continuation in an archive; `RequestError` if it does not lie in a scan's map."""
-    result = continued(path)
+    result = read_continuation(path)
     names, axes = [item.name for item in result.request.free], [a.name for a in scan.axes]
     if not set(names) & set(axes):
         raise RequestError(

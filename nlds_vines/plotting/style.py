@@ -18,7 +18,7 @@ from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
 from nlds_vines.model.scenes import FOOT, SCENES
 
 CM = 1 / 2.54  # one centimeter in inches
-WIDTH = 16 * CM  # width of every picture in inches
+WIDTH = 16 * CM  # width in inches of a picture over two columns
 
 STYLE: dict[Any, Any] = {
     "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second has the subscripts of m₁ and ω₁
@@ -76,7 +76,7 @@ STARTS = (
     *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
     "#555555",
 )
-"""Colors of starts that have none in the palette. The last one is too dark for a dark page."""
+"""Colors of starts without a color in `_POLICIES`.  The last one is too dark for a dark page."""
 
 
 def axis_label(parameter: str) -> str:
@@ -144,7 +144,7 @@ def power_of_ten(text: str) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return a number of up to seven digits in LaTeX: 3.95 x 10^4, 0.05."""
+    """Return a number of up to six digits in LaTeX: 3.95 x 10^4, 0.05."""
     if not value or _PLAIN[0] <= abs(value) < _PLAIN[1]:
         return f"{value:g}"
     digits, _, power = f"{value:.6e}".partition("e")
@@ -169,7 +169,7 @@ def literal(text: str) -> str:
 def typeset(text: str) -> str:
     """Return a text of a request with typeset symbols, powers of ten and units.
 
-    A symbol of one letter counts only before " = ", " from " and " tuned ", and in a list of
+    A symbol of one ASCII letter counts only before " = ", " from " and " tuned ", and in a list of
     symbols that ends a title or a clause: `P = 600 N`, `map: ω, C`, but not the P of a name.
     """
     printed = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))

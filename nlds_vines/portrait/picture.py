@@ -76,7 +76,7 @@ LONGEST_PLAIN = 6
 
 With longer periods they are thin lines below the orbit, as the curves would hide each other."""
 
-MOST_CYCLES = 160
+MOST_PHASE_PERIODS = 160
 """The most forcing periods of a phase trajectory; more of a chaotic one blacken the plane."""
 
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
@@ -147,9 +147,9 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
     """Return the page of a request, drawn from the views of its columns.
 
     Time histories begin with the window and are at most `request.show` periods long.  Phase planes
-    show one cycle of a periodic orbit, up to `MOST_CYCLES` periods of any other.  The panels of a
-    row share their ordinates, phase planes of one kind both axes.  On a page for one column of a
-    paper, all panels stand below one another.
+    show one cycle of a periodic orbit, or all periods of any other, but at most the last
+    `MOST_PHASE_PERIODS` periods.  The panels of a row share their ordinates, phase planes of one
+    kind both axes.  On a page for one column of a paper, all panels stand below one another.
     """
     figure, grid, rows = make_page(request.panels, views, page)
     for row in rows:
@@ -430,7 +430,7 @@ def _plane(place: Place, request: PortraitRequest) -> None:
     """
     view, axes, scene, panel = place.view, place.axes, place.scene, place.panel
     # with the state before, so that the curve of a period closes
-    states = view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
+    states = view.states[-(min(view.cycle, MOST_PHASE_PERIODS) * view.samples + 1) :]
     bodies = [0] if panel != "phase2" else []
     bodies += [1] if panel != "phase1" and scene.damper else []
     is_long = len(states) > MOST_VECTOR

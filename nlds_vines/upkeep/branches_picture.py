@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
-from nlds_vines.continuation.result import continued
+from nlds_vines.continuation.result import read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.picture import SWEEP_ENERGY
 from nlds_vines.loads.request import load_response_history
@@ -33,7 +33,7 @@ def draw_branches(
 ) -> None:
     """Draw E1max of branches over omega in a sweep's energy, `alone` in axes of the user."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
-    continuation = continued(path)
+    continuation = read_continuation(path)
     panels = [axes for axes in figure.axes if axes.get_label() == SWEEP_ENERGY]
     if not panels:
         raise RequestError(f"{path} is drawn beside a sweep: --show {SWEEP_ENERGY}")

@@ -78,7 +78,7 @@ def plot(
         Whether the bounds of 1:1 motion in closed form (`slow_manifold`) are drawn over a map of
         omega and another parameter.
     frequency : {'rad/s', 'Hz', 'ratio'}, optional
-        The unit of axes of the frequency: omega, f, or omega over sqrt(k1 / m1).  By default the
+        The unit of the frequency axis: omega, f, or omega over sqrt(k1 / m1).  By default the
         one in which the request states the frequency, rad/s or Hz.
 
     Returns
@@ -181,7 +181,7 @@ def _declare(parser: Parser) -> None:
     )  # fmt: skip
     add(
         "--frequency", metavar="UNIT",
-        help="of axes of the frequency: rad/s, Hz, or ratio to the structure's [as stated]",
+        help="unit of the frequency axis: rad/s, Hz, or ratio to the structure's [as stated]",
     )  # fmt: skip
     add("--overwrite", action="store_true", help="replace a picture")
 

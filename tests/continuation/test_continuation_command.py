@@ -17,7 +17,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
 from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import continued
+from nlds_vines.continuation.result import read_continuation
 from nlds_vines.loads.picture import envelope
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
@@ -59,7 +59,7 @@ def test_an_archive_is_sound_and_opens_elsewhere(archive):
 
 
 def test_an_archive_holds_what_python_returns(archive):
-    path = continued(archive)
+    path = read_continuation(archive)
     request = load_continuation(path.request.document())
     assert request == path.request
     again = running.compute(request)
@@ -84,7 +84,7 @@ def test_python_takes_a_request_and_its_file_and_overrides_them(tmp_path):
 
 
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
-    figure = branch_diagram(continued(archive))
+    figure = branch_diagram(read_continuation(archive))
     figure.draw_without_rendering()
     (legend,) = (legends for axes in figure.axes if (legends := axes.get_legend()))
     (title,) = figure.texts
@@ -108,7 +108,7 @@ def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
         raise Stopped
 
     monkeypatch.setattr(Blocks, "save", save)
-    request = continued(archive).request
+    request = read_continuation(archive).request
     for _ in range(20):
         try:
             running.run(request, path, running.RunOptions(resume=count > 0))
@@ -116,7 +116,7 @@ def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
             continue
         break
     assert count >= 2
-    whole, pieces = continued(archive).tables, continued(path).tables
+    whole, pieces = read_continuation(archive).tables, read_continuation(path).tables
     for name, values in whole.items():
         assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
 
@@ -148,11 +148,11 @@ def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, answer)
     text = answer("continuation", *arguments)
     assert "borders between regimes" in text
     assert plot.stat().st_size > 20_000
-    branches = continued(path)
+    branches = read_continuation(path)
     with read(scan) as view:
         borders = borders_of(branches, view)
     assert borders
-    assert all(border.explained for border in borders if any(border.periodic))
+    assert all(border.is_explained for border in borders if any(border.periodic))
     first = borders[0]
     assert (first.before, first.events[0][0]) == ("T,1", "PD")
     assert first.events[0][1] == pytest.approx(7.362158433, abs=1e-8)
@@ -163,7 +163,7 @@ def test_curves_in_a_plane(folder, scan):
     path, plot = folder / "plane.h5", folder / "plane.svg"
     arguments = ["--along", "omega=7:8", "--plane", "P=700:900", "--quiet"]
     assert main(["continuation", *arguments, "-o", str(path), "--plot", str(plot)]) == 0
-    branches = continued(path)
+    branches = read_continuation(path)
     (grazing,) = [curve for curve in branches.curves if curve.kind == "GR"]
     assert len(grazing.values) > 10
     for omega, P in grazing.values[:: len(grazing.values) // 8]:

@@ -167,9 +167,7 @@ def test_what_users_set_in_matplotlib_stays(small):
         nv.plot(small, style="nosuch")
 
 
-def test_the_command_draws_names_what_there_is_and_keeps_pictures(
-    small, tmp_path, answer, refusal, ask
-):
+def test_plot_draws_lists_and_does_not_overwrite(small, tmp_path, answer, refusal, ask):
     picture = tmp_path / "v.pdf"
     ask("plot", small, "--show", "v1", "-o", picture)
     first = picture.read_bytes()
@@ -183,7 +181,7 @@ def test_the_command_draws_names_what_there_is_and_keeps_pictures(
     assert "E1max" in listed
     assert "[m/s]" in listed
     assert "did you mean 'x" in refusal("plot", small, "--show", "x9", "-o", tmp_path / "a.png")
-    # an archive where TOML is wanted is told the way
+    # an archive in place of a TOML file: the message names `plot`
     err = refusal("bifurcation", small, "--show", "regimes")
     assert "is an archive (HDF5)" in err
     assert "nlds-vines plot" in err
@@ -205,7 +203,7 @@ def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tm
 
 @pytest.mark.plain
 @pytest.mark.kernels
-def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
+def test_orbits_beyond_the_limit_are_reported_hatched_and_in_the_legend(passing):
     from nlds_vines.bifurcation.run import Report
 
     report = Report(passing)

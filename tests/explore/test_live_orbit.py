@@ -2,6 +2,7 @@
 
 import shlex
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -106,6 +107,11 @@ def test_chaos_has_words_and_no_multipliers():
     assert orbit.panels["multipliers"]["re"].size == 0
     assert words_of(orbit.regime).startswith("neighboring orbits diverge")
     assert dict(evidence_of(orbit.regime))["followed for"]
+
+
+def test_words_count_the_impacts_of_all_periods():
+    regime = SimpleNamespace(kind="periodic", period=3, impacts=2)
+    assert words_of(regime) == "repeats every 3 forcing periods with 2 impacts in this time"
 
 
 @pytest.mark.kernels

@@ -182,8 +182,8 @@ PLANE = {
 
 
 def test_it_listens_on_this_machine_alone_and_a_busy_port_is_one_line(server, small_map, refusal):
-    with contextlib.closing(listening(0)) as place:
-        assert place.getsockname()[0] == "127.0.0.1"
+    with contextlib.closing(listening(0)) as listener:
+        assert listener.getsockname()[0] == "127.0.0.1"
     line = refusal("explore", small_map, "--no-browser", "--port", server.port)
     assert line.count("\n") == 1
     assert f"--port {server.port}" in line

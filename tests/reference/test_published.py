@@ -23,7 +23,7 @@ METHODS = {"exact": ({}, 1e-9), "rk4": ({"method": "rk4", "period_steps": 2048.0
 
 @pytest.mark.parametrize(("options", "bound"), METHODS.values(), ids=METHODS)
 def test_the_named_system_follows_the_reference(options, bound):
-    """Between two walls as accurate as at one."""
+    """Between two walls it is as accurate as at one."""
     system = load_system("ssbl", omega=6.05)
     for name, value in system.parameters.items():
         if name in REFERENCE.numbers:
@@ -52,7 +52,7 @@ def test_exact_flight_converges_geometrically_between_two_walls():
     ("boundary", "bracket", "inward"), [(5.2658, (5.0, 5.6), 1), (7.0981, (6.8, 7.3), -1)]
 )
 def test_where_the_impact_free_orbit_is_admissible(boundary, bracket, inward):
-    """Its spring is shortened, and lengthened, by less than D and C: linear algebra."""
+    """It is while the amplitude of x2 - x1 is below the smaller of C and D (linear algebra)."""
     gap = min(SSBL["C"], SSBL["D"])
     exact = brentq(lambda omega: shortening({**SSBL, "omega": omega}) - gap, *bracket)
     assert round(exact, 4) == boundary
@@ -72,7 +72,7 @@ def test_rest_leads_to_the_impact_free_orbit(omega):
 
 
 def test_regimes_of_the_bilateral_damper():
-    """From rest; by wall where they strike (structure, obstacle)."""
+    """The orbits start from rest; the counts are impacts on structure and obstacle."""
     expected = {
         **dict.fromkeys((5.4, 5.5, 5.6, 5.7, 5.8, 5.9, 5.95), ("2T,1", [1, 0])),
         **dict.fromkeys((6.0, 6.05, 6.1, 6.15), ("T,2", [1, 1])),
@@ -121,9 +121,10 @@ def test_the_ranking_of_the_peaks_and_one_curve_of_sets_1_and_2(curves):
 
 
 def test_the_peak_of_the_bilateral_damper(curves):
-    """Where it peaks, some orbits are irregular: one peak is a matter of the last bit.
+    """Near the peak some orbits are irregular, so a single peak depends on round-off.
 
-    Disturbed by 1e-10, the starts spread it from 570 to 640 J; what is published is the middle.
+    Starts that differ by 1e-10 spread it from 570 to 640 J; the published value is compared with
+    the median.
     """
     rng, band = np.random.default_rng(0), np.linspace(6.15, 6.45, 31)
     curves_near = [
@@ -149,5 +150,5 @@ def test_the_peak_of_the_bilateral_damper(curves):
     ],
 )
 def test_energies_at_the_tuning_frequency(name, joules):
-    """Simulated by independent programs, to the digits given; the first two are exact."""
+    """Independent fixed-step programs gave these energies in the steady state."""
     assert largest_energies(name, [6.28], 600)[0] == pytest.approx(joules, rel=0.001)

@@ -1,7 +1,8 @@
 """What a picture of a scan can show: recorded quantities, in all cells or along one parameter.
 
-Whatever a scan records in numbers, one or several for each orbit, can be drawn: a new dataset needs
-nothing here.  A choice is checked before anything is computed, and before an archive is drawn.
+Any numeric dataset of a scan, one or several values for each orbit, can be drawn unless its entries
+differ in unit or meaning: a new dataset needs nothing here.  A choice is checked before anything is
+computed, and before an archive is drawn.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
 
-SIGNAL = "signal"  # the dimension along which numbers of spectra differ in what they are of
+SIGNAL = "signal"  # the dimension along which spectral quantities differ in their signal
 SECTION = "section"  # the dataset whose components are quantities of their own
 _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
 
@@ -40,7 +41,7 @@ class Quantity:
     units: str
     long_name: str
     fill: float  # the value of orbits that have none
-    single: bool  # whether an orbit has one value of it, and not several
+    single: bool  # whether an orbit has one numeric value of it; False for codes
     index: Mapping[str, int] = field(default_factory=dict)  # places in the dataset, by dimension
     body: str = STRUCTURE  # the word for the body that is forced
     coded: bool = False  # whether its values are codes of words, which only maps show
@@ -101,9 +102,11 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
 
 @dataclass(frozen=True)
 class Slice:
+    """The cells of a scan along one parameter, the other being constant."""
+
     view: ArchiveView
     axis: str  # the parameter on the abscissa
-    at: Mapping[str, int] = field(default_factory=dict)  # of another parameter: name and index
+    at: Mapping[str, int] = field(default_factory=dict)  # name and index of the constant parameter
 
     @property
     def values(self) -> np.ndarray:
@@ -114,7 +117,7 @@ class Slice:
         return list(self.view["start"])
 
     @property
-    def held(self) -> str:
+    def constant_setting(self) -> str:
         """The value of the parameter that is constant, in LaTeX; empty if there is none."""
         pairs = ((name, float(self.view[name][place])) for name, place in self.at.items())
         return ", ".join(setting_label(*pair) for pair in pairs)
@@ -130,7 +133,7 @@ class Slice:
 
 
 def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
-    """Return True for orbits (axes, starts) that pass the limit of their scene."""
+    """Return a mask (axes, starts) of the orbits that pass the limit of their scene."""
     if "violations" not in view:
         return np.zeros(view.take("status", **(at or {})).shape, dtype=bool)
     return np.asarray(view.take("violations", **(at or {})) > 0)
@@ -138,7 +141,7 @@ def violated_in(view: ArchiveView, at: Mapping[str, int] | None = None) -> np.nd
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 BASINS = "basins"  # the choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`
-LOG, LINEAR = WAYS = "log:", "linear:"  # before a number of a map: how it becomes shades
+LOG, LINEAR = SCALES = "log:", "linear:"  # prefixes of a quantity in a map: the scale of its colors
 NUMBERS = drawn_in(MAPS)  # a map shows the first that is recorded; any other on request
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -162,14 +165,14 @@ def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
     return next((name for name in NUMBERS if name in recorded), None)
 
 
-def way_and_number(show: str) -> tuple[str, str]:
-    """Split `log:E1max` into one of `WAYS`, or an empty string, and the name of a number."""
-    scale = next((word for word in WAYS if show.startswith(word)), "")
+def scale_and_quantity(show: str) -> tuple[str, str]:
+    """Split `log:E1max` into one of `SCALES`, or an empty string, and the name of a quantity."""
+    scale = next((word for word in SCALES if show.startswith(word)), "")
     return scale, show.removeprefix(scale)
 
 
 def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
-    """Return the quantities of a diagram, from the top: `x1,energy` are three.
+    """Return the quantities of a diagram from top to bottom: `x1,energy` gives x1, E1max and E2max.
 
     Raises `RequestError` for one that is not recorded; the word `regimes` is ignored.
     """
@@ -207,7 +210,7 @@ def check_show(
     is_share = show.startswith(SHARE) and len(show) > len(SHARE)
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
-    scale, name = way_and_number(show)
+    scale, name = scale_and_quantity(show)
     numbers = [n for n, one in drawn.items() if one.single or (one.coded and not scale)]
     if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS) or name in numbers):
         others = [] if scale else [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL"]
@@ -227,6 +230,7 @@ _USUAL_PANELS = 8  # of samples: two of the first quantity alone, the others aga
 def sample_panels(
     recorded: Mapping[str, Quantity], columns: Sequence[str], labeled: bool
 ) -> dict[str, str]:
+    """Return the panels that samples can fill, with their descriptions."""
     numbers = {name: one for name, one in recorded.items() if one.single}
     first = [name for name in NUMBERS if name in numbers]
     panels = {}

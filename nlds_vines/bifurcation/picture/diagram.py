@@ -94,7 +94,7 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
         of_cut = [name for name in shown if is_one or not drawn[name].single]
         # a strip for each of up to two starts, or a stack; without labels, the value that is held
         is_labeled, is_stack = cut.labels() is not None, len(cut.starts) > MOST_STRIPS
-        if is_labeled or (of_cut and cut.held):
+        if is_labeled or (of_cut and cut.constant_setting):
             height = NO_STRIP if not is_labeled else STACK if is_stack else STRIP
             for start in range(len(cut.starts) if is_labeled and not is_stack else 1):
                 tiers.append(Tier(height, partial(draw_strip_of, cut=cut, start=start)))
@@ -269,7 +269,7 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
     if len(cuts) > 1 and rows:
         line: dict[str, Any] = {"linewidth": 1.2}
         handles = [
-            Line2D([], [], color=color, label=cut.held, **line)
+            Line2D([], [], color=color, label=cut.constant_setting, **line)
             for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True)
         ]
         if cuts[0].starts == SWEEPS:
@@ -515,9 +515,9 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
         names = [palette.short(band.label) for band in strip.above]
         if any(strip.place(band.low) <= _HELD_WIDTH for band in strip.above):
             lift = _LINES + max(text_width(name, _SIZE) for name in names)
-    if cut.held and start == 0:
+    if cut.constant_setting and start == 0:
         look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        axes.annotate(cut.held, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
+        axes.annotate(cut.constant_setting, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
 
 
 def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:

@@ -281,10 +281,10 @@ _NONE = "none found"
 def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
     """Fill cells by a recorded number: of several starts the largest, gray where there is none.
 
-    `show` may begin with one of `choices.WAYS`.  A number of both signs has two-sided shades around
-    zero.  On a map of settling times, cells in which a start did not settle are black.
+    `show` may begin with one of `choices.SCALES`.  A number of both signs has two-sided shades
+    around zero.  On a map of settling times, cells in which a start did not settle are black.
     """
-    scale, name = choices.way_and_number(show)
+    scale, name = choices.scale_and_quantity(show)
     quantity = choices.quantities_in(view)[name]
     values = quantity.of(view)[..., 0]
     values = np.where(np.isfinite(values), values, -np.inf).max(axis=-1)
@@ -326,7 +326,7 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
 
 
 def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, Normalize]:
-    """Return how the values of a dataset become shades; `chosen` is one of `WAYS`, or empty.
+    """Return how the values of a dataset become shades; `chosen` is one of `SCALES`, or empty.
 
     Settling times and errors become shades by logarithm, as do positive values that span decades.
     Signed values have two-sided shades whose middle is zero; of one sign alone, that half of them.

@@ -26,7 +26,7 @@ from nlds_vines.runs.executors import use_threads
 
 KERNELS = (
     (simulation, "run_cell"),
-    (load_flight, "fly_lanes"),
+    (load_flight, "fly_orbits"),
     (load_flight, "fill_rates"),
     (lanes, "run_lanes"),
     (lanes, "judge_lanes"),

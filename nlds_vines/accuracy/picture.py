@@ -22,7 +22,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 @styled()
 def draw(truth: Reference, results: Sequence[Result]) -> Figure:
-    """Return the picture: of each method the settings of which no other has less of both."""
+    """Draw each method's settings that no other of its settings beats in both error and time."""
     figure = Figure(figsize=(ONE_COLUMN.width, _HEIGHT), layout="constrained")
     axes = figure.subplots()
     for method, look in _LOOKS.items():

@@ -121,7 +121,7 @@ def close(
         cycle = section_map.at(place, n)
         if cycle is None:
             break
-        right = np.append(-cycle.gap, -float((row * (place - anchor)).sum()))
+        right = np.append(-cycle.residual, -float((row * (place - anchor)).sum()))
         if equation is not None:
             linearized = equation(cycle)
             if linearized is None:

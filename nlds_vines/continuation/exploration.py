@@ -366,7 +366,7 @@ def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]
         if kicked is None or kicked.counts == point.cycle.counts:
             continue
         size = len(place) - 1
-        right, row = np.append(-kicked.gap, 0.0), np.eye(size + 1)[-1:]
+        right, row = np.append(-kicked.residual, 0.0), np.eye(size + 1)[-1:]
         solution, _ = bordered(closing(point.cycle), np.zeros((1, size)), row, right)
         if solution is None:
             continue

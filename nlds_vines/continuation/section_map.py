@@ -47,7 +47,10 @@ def shoots_from_flights(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Cycle(Outlined):
-    """A state, its image after n forcing periods, and derivatives: an nT orbit if the gap is 0."""
+    """A state, its image after n forcing periods, and derivatives.
+
+    It is an nT orbit if the residual is 0.
+    """
 
     state: np.ndarray  # (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s]
     values: np.ndarray  # (m,) free parameters
@@ -56,7 +59,7 @@ class Cycle(Outlined):
     matrix: np.ndarray  # (size, size) monodromy matrix M
     slopes: np.ndarray  # (m, size) derivatives of the image with respect to the free parameters
     multipliers: np.ndarray  # (size,) complex eigenvalues of M, the largest modulus first
-    defect: float  # energy norm of the gap, relative to that of the orbit
+    defect: float  # energy norm of the residual, relative to that of the orbit
     span: float  # energy norm of the orbit
     clearance: float  # smallest gap of a pass that misses a wall [m]; inf if there is none
     slowest: float  # smallest approach speed of an impact [m/s]; inf if there is none
@@ -73,8 +76,8 @@ class Cycle(Outlined):
         return np.concatenate([self.state, self.values])
 
     @property
-    def gap(self) -> np.ndarray:
-        """The residual of the orbit, image - state (size,)."""
+    def residual(self) -> np.ndarray:
+        """The image minus the state (size,)."""
         return self.points[-1, : self.state.size] - self.state
 
     @property
@@ -94,6 +97,7 @@ class SectionMap:
         self._parts = parts_of("exact", self.scene, settings)
 
     def shot(self, since: float) -> SectionMap:
+        """Return the map whose sections lie `since` periods after phase zero."""
         shifted = copy.copy(self)
         shifted.since = since
         return shifted
@@ -122,7 +126,8 @@ class SectionMap:
 
     def compile(self, tell: Tell | None) -> None:
         parts, size, state = self._parts, self.size, np.zeros(4)
-        cells = np.zeros(1, self._template.dtype).view(np.recarray)  # refused at once
+        # invalid parameters: each kernel returns at once
+        cells = np.zeros(1, self._template.dtype).view(np.recarray)
         compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
         with compilation.followed(dict.fromkeys(KERNELS, "branches")):
             cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
@@ -200,8 +205,8 @@ class SectionMap:
     def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
         """Return the weights (size + m,) that make states and parameters comparable.
 
-        Each component of a state is weighted by the energy norm relative to that of the orbit;
-        each parameter by 1 / `lengths` (m,).
+        The weight of a state component is the energy norm of its unit, relative to that of the
+        orbit; that of a parameter is 1 / `lengths` (m,).
         """
         cell = self.cells(cycle.values[np.newaxis])[0]
         weights = np.empty(self.size + len(lengths))
@@ -215,7 +220,7 @@ class SectionMap:
         return weights
 
     def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
-        """Integrate a place over `time` [periods]: the place of `shot(since + time)`.
+        """Return the place `time` [periods] later, one of `shot(since + time)`.
 
         None if the integration fails.
         """
@@ -246,7 +251,11 @@ class SectionMap:
     def measure(
         self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray | None = None
     ) -> cycles.Extremes:
-        """Measure the orbits from `places` (count, size + m), at phase zero, over `periods`."""
+        """Return the largest energies, strokes and violations of orbits (`cycles.Extremes`).
+
+        They begin at `places` (count, size + m), at phase zero, and last for `periods`. `touches`
+        is filled.
+        """
         count, cells = len(places), self.cells(places[:, self.size :])
         starts = np.zeros((count, 4))
         starts[:, : self.size] = places[:, : self.size]

@@ -427,7 +427,7 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
             return cycle
-        right = np.concatenate([-cycle.gap, [0.0, 0.0]])
+        right = np.concatenate([-cycle.residual, [0.0, 0.0]])
         step, _ = bordered(closing(cycle), cycle.slopes, row, right)
         if step is None or not np.isfinite(step).all():
             return None

@@ -35,8 +35,9 @@ NEAREST = 1.0e-6  # weighted distance within which a period doubling is first se
 
 Test = Callable[[Point], float]
 
-# Distance along the branch where a test function is smallest, the point there, the modulus of the
-# function, and the width of the last bracket in units of the parameter.
+# Distance along the branch where a test function is smallest, the point there, its modulus there,
+# and the width of the last bracket in units of the parameter; of a BP, the weighted difference of
+# two extrapolations and that of their parameters.
 Located = tuple[float, Point, float, float]
 
 
@@ -46,6 +47,7 @@ class Special:
     point: Point
     before: str  # label along the branch
     after: str
+    # (residual and bracket of a BP are those of `Located`)
     residual: float  # test function, relative to its size at the ends of the first bracket
     bracket: float  # width of the last bracket, in units of the parameter
     wall: str = ""  # of a GR whose impact is known: "near", "far" or "both"
@@ -73,15 +75,15 @@ def label_of_cycle(cycle: Cycle) -> str:
 
 
 def half_of(cycle: Cycle) -> np.ndarray:
-    """Return the state (size,) half of an even n periods later, minus the state."""
+    """Return the state (size,) n/2 periods later, n even, minus the state."""
     return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
 
 
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
     """Return the special points between two neighboring points of a branch, in their order.
 
-    If no trial comes onto the branch, a special point is the nearer of the two points, bracketed by
-    both.
+    If the search for one fails, because a trial does not reach the branch, the special point is the
+    nearer of the two points, bracketed by both.
     """
     specials, far = list[tuple[float, Special]](), step_between(a, b)
     for kind in _changed(a, b):
@@ -96,7 +98,7 @@ def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Specia
         if kind == "NS" and not is_torus(point.cycle):
             continue  # a neutral saddle
         if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
-            continue
+            continue  # a change of sign without a multiplier near one
         before, after = (a.cycle, b.cycle) if kind == "LP" else (point.cycle, point.cycle)
         labels = label_of_cycle(before), label_of_cycle(after)
         specials.append((place, Special(kind, point, *labels, residual, bracket)))
@@ -125,8 +127,8 @@ def _branch_point(section_map: SectionMap, a: Point, b: Point) -> Located | None
 
     Newton's matrix is singular at a branch point, so that Newton's method finds no sharp solution
     there.  The point is the value at zero of a polynomial in the test function through points on
-    both sides.  The points move closer until two degrees agree to ASIDE_ERROR; the result with the
-    smallest difference counts.
+    both sides.  The points move closer until polynomials through six and four points agree to
+    ASIDE_ERROR; the result with the smallest difference counts.
     """
     signs = [(0.0, a.tests["BP"]), (step_between(a, b), b.tests["BP"])]
     aside, best = ASIDE, None
@@ -200,7 +202,7 @@ def doubling_near(
 
 
 def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
-    """Yield the grazings between two points, each after its distance from `a`."""
+    """Yield the grazings between two points, as pairs of the distance from `a` and the grazing."""
     before, start, ahead = a, 0.0, step_between(a, b)
     for _ in range(MOST_TRIALS):
         counts = before.cycle.counts
@@ -216,13 +218,13 @@ def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[flo
             return
         at, point, residual, bracket = located
         # the first point behind it with other impacts
-        beyond, start, gap = b, ahead, 2.0 * NARROW
-        while at + gap < ahead:
-            behind, _ = along(section_map, a, at + gap)
+        beyond, start, margin = b, ahead, 2.0 * NARROW
+        while at + margin < ahead:
+            behind, _ = along(section_map, a, at + margin)
             if behind is not None and behind.cycle.counts != counts:
-                beyond, start = behind, at + gap
+                beyond, start = behind, at + margin
                 break
-            gap *= 4.0
+            margin *= 4.0
         wall = wall_of_change(counts, beyond.cycle.counts)
         labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
         yield at, Special("GR", point, *labels, residual, bracket, wall)
@@ -239,9 +241,9 @@ def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
 def _grazing(before: Point, b: Point) -> Test:
     """Return the test function of grazing: positive with the impacts of `before`, else negative.
 
-    Without the impact it is the clearance; with it, minus the squared approach speed of the softest
-    impact, which is proportional to the depth of the free flight.  Both are scaled to one at the
-    ends of the bracket.
+    Its modulus is the clearance without the impact, and with it the squared approach speed of the
+    softest impact, which is proportional to the depth of the free flight.  Both are scaled to one
+    at the ends of the bracket.
     """
     counts = before.cycle.counts
     gains = sum(b.cycle.counts) >= sum(counts)
@@ -333,7 +335,7 @@ FIRST_ASIDE, LEAST_ASIDE = 1.0e-2, 1.0e-6
 BENT = 0.1
 
 # The first point of another branch, and its weighted distance from the special point.
-Aside = tuple[Point, float]
+Offshoot = tuple[Point, float]
 
 
 def null_vector(matrix: np.ndarray) -> np.ndarray:
@@ -353,17 +355,17 @@ def null_vector(matrix: np.ndarray) -> np.ndarray:
     return vector
 
 
-def doubled(section_map: SectionMap, point: Point) -> Aside | None:
+def doubled(section_map: SectionMap, point: Point) -> Offshoot | None:
     """Return the first orbit of twice the period beside a period doubling; None if there is none.
 
     The branch of twice the period leaves along the eigenvector of the multiplier -1.
     """
     cycle = point.cycle
-    aside = np.append(null_vector(shifted(cycle.matrix, 1.0)), np.zeros(len(cycle.values)))
-    return _beside(section_map, point, aside, 2 * cycle.n)
+    direction = np.append(null_vector(shifted(cycle.matrix, 1.0)), np.zeros(len(cycle.values)))
+    return _beside(section_map, point, direction, 2 * cycle.n)
 
 
-def other_branch(section_map: SectionMap, point: Point) -> Aside | None:
+def other_branch(section_map: SectionMap, point: Point) -> Offshoot | None:
     """Return a point of the other branch through a branch point; None if there is none.
 
     Both tangents are null vectors of (M - I, slopes).  The search direction is the null vector that
@@ -374,24 +376,28 @@ def other_branch(section_map: SectionMap, point: Point) -> Aside | None:
     size = len(row)
     matrix = np.empty((size, size))
     matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = closing(point.cycle), point.cycle.slopes[0], row
-    aside = null_vector(matrix)
-    return _beside(section_map, point, aside, point.cycle.n)
+    return _beside(section_map, point, null_vector(matrix), point.cycle.n)
 
 
-def _beside(section_map: SectionMap, point: Point, aside: np.ndarray, n: int) -> Aside | None:
-    """Search for a point of another branch beside `point`, in the direction `aside`."""
+def _beside(
+    section_map: SectionMap, point: Point, direction: np.ndarray, n: int
+) -> Offshoot | None:
+    """Search for a point of another branch beside `point`.
+
+    It is searched for along `direction`, and along its opposite unless n is twice the period.
+    """
     weights = point.weights
-    aside = aside / length(weights, aside)
+    direction = direction / length(weights, direction)
     far, doubles = FIRST_ASIDE, n > point.cycle.n
     while far >= LEAST_ASIDE:
         nearest = 0.5 * far if doubles else BENT * math.sqrt(far)
-        for direction in (aside,) if doubles else (aside, -aside):
-            place = point.cycle.place + far * direction
-            row = weights * weights * direction
+        for ahead in (direction,) if doubles else (direction, -direction):
+            place = point.cycle.place + far * ahead
+            row = weights * weights * ahead
             cycle, *_ = close(section_map, place, n, row, weights)
             if cycle is None or length(weights, cycle.place - place) > nearest:
                 continue
-            other = point_of(section_map, cycle, direction, 1.0 / weights[-1:])
+            other = point_of(section_map, cycle, ahead, 1.0 / weights[-1:])
             if other is None:
                 continue
             # an orbit of even n may be one of n / 2, run twice

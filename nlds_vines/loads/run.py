@@ -223,11 +223,13 @@ def _numbers(
         name: values.max(axis=-1) if values.ndim > 1 else values
         for name, values in responses.arrays_of(orbits.response, scene, cells).items()
     }
-    fall = column[of_orbit.FELL]  # [s], from the largest E1 to a tenth of it
+    fall = column[of_orbit.DECAY_TIME]  # [s], from the largest E1 to a tenth of it
     with np.errstate(divide="ignore", invalid="ignore"):
         period = 2 * math.pi / np.sqrt(cells["k1"] / cells["m1"])
         ratio = math.log(10.0) / (4 * math.pi * (fall / period))
-        shares = [column[of_orbit.GONE + i] / column[of_orbit.CAME] for i in range(len(WAYS))]
+        shares = [
+            column[of_orbit.DISSIPATED + i] / column[of_orbit.ENERGY_IN] for i in range(len(WAYS))
+        ]
     has = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}
     quantities = {
         **{entry.name: response.get(entry.name, missing) for entry in OF_LOADS},
@@ -245,7 +247,7 @@ def _numbers(
         "E1max": orbits.peak[:, 0],
         "E2max": orbits.peak[:, 1] if scene.damper else missing,
         "impact_count": column[of_orbit.IMPACTS],
-        "energy_in": column[of_orbit.CAME],
+        "energy_in": column[of_orbit.ENERGY_IN],
         "balance": column[of_orbit.BALANCE],
         "x1_rms": column[of_orbit.RMS],
     }

@@ -13,7 +13,7 @@ from nlds_vines.kernels.cells.load_numbers import (
     LoadResults,
     Loads,
     fill_rates,
-    fly_lanes,
+    fly_orbits,
 )
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.kernels.motion.flight import ORDER, REACH
@@ -65,7 +65,7 @@ class LoadBatch:
         self._scene, self._shaken = scene, True if shaken else None
         self._parts = parts_of("exact", scene, chosen_settings("exact", {"tolerance": tolerance}))
         needed = Needed(scene.key, "exact", ("response history",))
-        kernels = dict.fromkeys((fly_lanes, fill_rates), "orbit")
+        kernels = dict.fromkeys((fly_orbits, fill_rates), "orbit")
         with Compilation(needed, tell, helped=False).followed(kernels):
             nothing = np.zeros(0, cell_type(scene))
             self.longest(nothing)
@@ -116,7 +116,7 @@ class LoadBatch:
         times, rows, jumps = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
         first, blow = np.zeros(count, np.int64), np.zeros(count, np.int64)
         end = jumped = 0
-        for lane, load in enumerate(loads):
+        for i, load in enumerate(loads):
             edges = len(load.edges)
             if id(load.rows) not in places:
                 places[id(load.rows)] = end
@@ -124,7 +124,7 @@ class LoadBatch:
                 rows += [load.rows.ravel(), np.zeros(ORDER + 1)]
                 end += edges
             jumps.append(np.zeros(edges) if load.jumps is None else load.jumps)
-            first[lane], blow[lane], jumped = places[id(load.rows)], jumped, jumped + edges
+            first[i], blow[i], jumped = places[id(load.rows)], jumped, jumped + edges
         after = first + np.array([len(load.edges) for load in loads], np.int64)
         flat = np.concatenate(rows)
         together = Loads(
@@ -133,5 +133,5 @@ class LoadBatch:
         )  # fmt: skip
         begun = np.ascontiguousarray(starts, dtype=float)
         records = cells.view(np.recarray)
-        fly_lanes(0, count, self._parts, records, together, begun, asked, results)
+        fly_orbits(0, count, self._parts, records, together, begun, asked, results)
         return results

@@ -16,16 +16,18 @@ SYSTEM = load_system(
     "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05,
     k2=0.0453152, c2=0.0127, e=0.9,
 )  # fmt: skip
+# (omega, (x1, v1, x2, v2)): before the impact passes phase zero
 BEFORE = 1.2249972454229396, (
     -1.6313374820442195, 0.2828298996933553, -1.6135583166033252, -1.6467655311720084
 )  # fmt: skip
+# near the grazing at both walls
 SOFT = 1.0745428059013842, (
     -4.486831067410545, 0.9730590463897917, -3.8500663394336883, 3.5841913471960027
 )  # fmt: skip
 
 
 def on_branch(case, phase=0.0):
-    """Return the map at a phase, and the point of the branch of omega, of a case."""
+    """Return the map at a phase, and a case's orbit there as a point of the branch of omega."""
     omega, (x1, v1, x2, v2) = case
     rest = SYSTEM.with_(omega=omega).rest
     place = np.array([x1, v1, x1 - x2 + rest, v1 - v2, omega])
@@ -36,7 +38,7 @@ def on_branch(case, phase=0.0):
 
 
 def down(case, low):
-    """Return a branch from a case on, as omega falls to a value."""
+    """Follow the branch of a case down to omega = `low`."""
     zero, point = on_branch(case)
     start = first_point(zero, point.cycle, Bounds(low, 2.5), -1.0)
     return follow(zero, start, Bounds(low, 2.5))
@@ -49,7 +51,7 @@ def test_a_branch_goes_on_where_an_impact_passes_phase_zero():
     cycles = [point.cycle for point in arm.points]
     assert {cycle.counts for cycle in cycles} == {(1, 1)}
     assert max(cycle.defect for cycle in cycles) < 1e-9
-    # what is kept are states at phase zero: there the impact makes them jump, and nothing else does
+    # the stored states are at phase zero: only an impact that passes it makes them jump
     assert {cycle.since for cycle in cycles} == {0.0}
     jumps = np.sort(np.abs(np.diff([cycle.state[3] for cycle in cycles])))
     assert jumps[-1] > 1.0 > 0.2 > jumps[-2]
@@ -65,7 +67,7 @@ def test_impacts_at_both_walls_graze_as_one():
 
 
 def test_an_orbit_is_one_at_any_phase():
-    """Its multipliers, and the tangent of its branch, whose image at phase zero is that found."""
+    """Its multipliers and its tangent at phase zero are the same from any phase."""
     zero, point = on_branch(SOFT)
     for phase in (0.25, 0.5):
         shot = zero.shot(phase)
@@ -91,7 +93,7 @@ def test_derivatives_at_a_phase_are_those_of_differences():
 
 
 def test_the_phase_changes_before_an_impact_is_near():
-    """To the middle of the longest flight; there, it is kept."""
+    """It moves to the middle of the longest flight, and stays there."""
     zero, point = on_branch(BEFORE)
     better = arclength.better_map(zero, point.cycle)
     rows = zero.impacts(point.cycle.place, 1)

@@ -213,18 +213,19 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
 
 def test_the_first_step_of_newtons_method_is_foreseen_from_maps_of_pieces(monkeypatch):
     """Whether it leads away is decided at ASTRAY_BY times the allowed step, to 1e-6."""
-    monkeypatch.setattr(verdict, "SEVERAL", 1)  # pieces of two periods in so short an orbit
+    # pieces of two periods in so short an orbit
+    monkeypatch.setattr(verdict, "FEWEST_PROJECTIONS", 1)
     flow, periods, skipped = flow_on(nv.load_system("ssul-set6", omega=7.42)), 32, 8
     state, tangent, rows = variations.new_state(), np.zeros(16), np.zeros((skipped + periods, 4))
     variations.place_state(flow, np.zeros(4), state)
     origin = state.copy()
     assert verdict.run_on(flow, rows, skipped, state) == OK
     variations.set_identity(tangent)
-    batch = verdict.periods_together(flow, periods)
-    assert batch == 2
-    logs, growth, maps = np.zeros(periods), np.zeros(4), np.empty((periods // batch, 16))
+    together = verdict.periods_together(flow, periods)
+    assert together == 2
+    logs, growth, maps = np.zeros(periods), np.zeros(4), np.empty((periods // together, 16))
     assert follow_growth(flow, rows[skipped:], state, tangent, logs, growth, maps) == OK
-    course = verdict.Course(rows, len(rows), 0, origin, maps, batch)
+    course = verdict.Course(rows, len(rows), 0, origin, maps, together)
     sections = verdict.bare_course(course)
     for n in (13, 6):
         # the same step, with the monodromy matrix that is traced at once

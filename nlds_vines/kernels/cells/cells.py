@@ -1,6 +1,7 @@
 """One cell of a map from its parameters to its outputs: its parts, its orbit, its section map.
 
-Also orbits that begin at any phase of the forcing (`enter`).
+Also orbits that begin at any phase of the forcing (`enter`). Cells of a grid are intervals of a
+flight.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from ..watch.observe import (
 )
 from ..watch.response import begin_tally, report
 
-STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
+STABLE = 2.5  # longest step of rk4 in units of 1/rate: RK4 is unstable beyond 2.8
 
 
 # ---- a prepared cell -----------------------------------------------------------------------------
@@ -50,7 +51,7 @@ STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of or
 
 @by_wall
 def held_at(wall, ps, damper, begun):
-    """Return the prepared motion on a wall, if its law has one; begun: as of its grid."""
+    """Return the prepared motion on a wall, if its law has one; begun: as in `prepared_cell`."""
     return None
 
 
@@ -62,10 +63,10 @@ def too_stiff(motion, period):
 
 @jit
 def cells_for(parts, n, stops):
-    """Return the number of cells of the method's grid: n exact ones or its steps, rounded up.
+    """Return the number of cells of the method's grid.
 
-    It is a multiple of `stops`. If contacts are linear, too, cells are so short that their
-    truncation is below round-off.
+    That is n of exact flight, or the steps of rk4, rounded up to a multiple of `stops`. If contacts
+    are linear, too, cells are so short that their truncation is below round-off.
     """
     if parts.rk4 is not None:
         n = int(parts.period_steps)
@@ -240,8 +241,8 @@ def report_violation(violation, limit_log):
 def cell_flow(parts, cell, begun):
     """Return the `variations.Flow` of a cell, and a status; the flow is valid only if it is OK.
 
-    begun: `flight.Begun` of share 1, the phase of the sections. The exact grid of the flow is that
-    of the cell, unless the method or linear contacts have another one.
+    begun: `flight.Begun` of share 1, the phase of the sections. Variations use the cell's
+    grid, or one of their own if the method is rk4 or contacts are linear.
     """
     status, prepared = checked_cell(parts, cell, 1, begun)
     if parts.rk4 is not None or says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):

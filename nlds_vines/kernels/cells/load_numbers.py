@@ -1,7 +1,7 @@
 """The response quantities of orbits under loads: last times, energies, the rms of x1.
 
 They follow from the states and energies at the edges of the load's cells and from the impacts, once
-the orbit has been computed. `fly_lanes` computes many orbits with their quantities.
+the orbit has been computed. `fly_orbits` computes many orbits with their quantities.
 """
 
 from __future__ import annotations
@@ -42,15 +42,16 @@ from .load_orbit import (
 #
 # The results do not depend on where the edges are. The energies and their rates at the two ends of
 # a cell and a bound of the fourth derivative bound E1 over the cell by a cubic (`roots.highest`).
-# Where E1 may exceed the level, the cell's own Taylor polynomial is sampled at PARTS places. A cell
-# that a contact meets is flown again in PARTS cells, unless its energy cannot suffice.
+# Where E1 may exceed the level, the cell's own Taylor polynomial is sampled at the edges of
+# SUBCELLS equal parts; a shorter excursion between two of them is not seen. A cell that a contact
+# meets is flown again in SUBCELLS cells, unless the bound of its energy is at most the level.
 
 
-PARTS = 64  # equal parts of a cell, or of a part of one, that are compared
+SUBCELLS = 64  # equal parts of a cell, or of an interval of one, that are compared
 LOOKS = 3  # times that a cell with a contact is divided
 MOST_LOOKS = 7  # the same at a touch, where E1 may jump: 64^-7 of a cell is round-off
-UNREAD_ROOM = 1  # room for impacts of such a cell, which nobody reads
-SAME_PLACE = 1.0e-12  # of a cell: distance of two places that are one
+UNREAD_ROOM = 1  # room for the impacts of a cell that is flown again; they are not read
+SAME_PLACE = 1.0e-12  # of a cell: places nearer than this count as one
 NO_PLACE = -1.0  # E1 exceeds the level nowhere in a cell
 NEARLY = 1.0 - 1e-12  # share of the largest E1 that counts as the largest, for round-off
 
@@ -104,54 +105,59 @@ def root_in_cell(ps, motion, level, low, high):
 
 @jit
 def last_place_above(ps, motion, level):
-    """Return the last place of a cell at which E1 exceeds a level, or NO_PLACE."""
-    i = PARTS
-    while i >= 0 and not excess_in_cell(ps, motion, level, i / PARTS) > 0.0:
+    """Return the last place of a cell at which E1 exceeds a level, or NO_PLACE.
+
+    SUBCELLS + 1 samples are searched from the end, and the place is refined by a root. It is 1 if
+    E1 exceeds the level at the end.
+    """
+    i = SUBCELLS
+    while i >= 0 and not excess_in_cell(ps, motion, level, i / SUBCELLS) > 0.0:
         i -= 1
     if i < 0:
         return NO_PLACE
-    if i == PARTS:
+    if i == SUBCELLS:
         return 1.0
-    return root_in_cell(ps, motion, level, i / PARTS, (i + 1) / PARTS)
+    return root_in_cell(ps, motion, level, i / SUBCELLS, (i + 1) / SUBCELLS)
 
 
 @jit
 def place_of_most(ps, motion):
-    """Return the place of a cell at which E1 is largest."""
+    """Return the place of a cell at which E1 is largest: a root of dE1/dt, or a sample."""
     best, most = 0, -math.inf
-    for i in range(PARTS + 1):
-        e1 = excess_in_cell(ps, motion, 0.0, i / PARTS)
+    for i in range(SUBCELLS + 1):
+        e1 = excess_in_cell(ps, motion, 0.0, i / SUBCELLS)
         if e1 > most:
             best, most = i, e1
-    low, high = max(best - 1, 0) / PARTS, min(best + 1, PARTS) / PARTS
+    low, high = max(best - 1, 0) / SUBCELLS, min(best + 1, SUBCELLS) / SUBCELLS
     rising = excess_in_cell(ps, motion, None, low) > 0.0
     if rising and excess_in_cell(ps, motion, None, high) < 0.0:
         return root_in_cell(ps, motion, None, low, high)
-    return best / PARTS
+    return best / SUBCELLS
 
 
-# ---- a cell in parts -----------------------------------------------------------------------------
+# ---- a cell in subcells --------------------------------------------------------------------------
 
 
 @jit
-def flown_in_parts(parts, cell, load, i, within, start, buffers):
-    """Fly a part of cell i again in PARTS; return the status and the states at their edges.
+def flown_in_subcells(parts, cell, load, i, within, start, buffers):
+    """Fly an interval of cell i again in SUBCELLS; return the status and the states at their edges.
 
-    within: (place, length in cells) of the part; start: the state (x1, v1, r, s) there.
+    within: (place, length in cells) of the interval; start: the state (x1, v1, r, s) there.
     """
-    # the load of PARTS equal cells, with edges from 0 on
+    # the load of SUBCELLS equal cells, with edges from 0 on
     length = load.edges[i + 1] - load.edges[i]
-    part, table = within[1] * length / PARTS, np.zeros(DRIVE + LOAD_ROW)
-    edges, rows = np.empty(PARTS + 1), np.empty(LOAD_ROW * PARTS)
+    sub_length, table = within[1] * length / SUBCELLS, np.zeros(DRIVE + LOAD_ROW)
+    edges, rows = np.empty(SUBCELLS + 1), np.empty(LOAD_ROW * SUBCELLS)
     edges[0] = 0.0
-    for m in range(PARTS):
-        place = within[0] + m * part / length
+    for m in range(SUBCELLS):
+        place = within[0] + m * sub_length / length
         at = Moment(load.rows, LOAD_ROW * i, ORDER, place, length)
-        fill_drive_from(table, at, part)
-        edges[m + 1] = (m + 1) * part
+        fill_drive_from(table, at, sub_length)
+        edges[m + 1] = (m + 1) * sub_length
         for k in range(LOAD_ROW):
             rows[LOAD_ROW * m + k] = table[DRIVE + k]
-    finer, state = Load(edges, rows, np.zeros(PARTS + 1), sums_of(rows), load.shaken), new_state()
+    finer = Load(edges, rows, np.zeros(SUBCELLS + 1), sums_of(rows), load.shaken)
+    state = new_state()
     for j in range(4):
         state[j] = start[j]
     again = buffers_for(buffers.impacts, buffers.violation, len(finer.edges), UNREAD_ROOM)
@@ -159,8 +165,8 @@ def flown_in_parts(parts, cell, load, i, within, start, buffers):
 
 
 @jit
-def touch_in_part(load, i, begin, width, buffers):
-    """Return the time [s] of the last touch in a part of cell i, NaN if there is none."""
+def touch_within(load, i, begin, width, buffers):
+    """Return the time [s] of the last touch in an interval of cell i, NaN if there is none."""
     if buffers.impacts is None:
         return math.nan
     first, h, data = load.edges[i], load.edges[i + 1] - load.edges[i], buffers.impacts.data
@@ -171,7 +177,7 @@ def touch_in_part(load, i, begin, width, buffers):
 @jit
 def time_at(load, i, place, buffers):
     """Return the time [s] of a place of cell i; that of a touch, if one is there."""
-    time = touch_in_part(load, i, place - SAME_PLACE, 2.0 * SAME_PLACE, buffers)
+    time = touch_within(load, i, place - SAME_PLACE, 2.0 * SAME_PLACE, buffers)
     if math.isnan(time):
         time = load.edges[i] + (load.edges[i + 1] - load.edges[i]) * place
     return time
@@ -182,17 +188,17 @@ def place_in_contact(parts, cell, load, i, level, buffers):
     """Return (place, E1 [J], status) of cell i, which a contact meets.
 
     The place is the last one at which E1 exceeds a level, or NO_PLACE; if the level is None, that
-    of the largest E1. The cell is flown again in PARTS, then the part or the two parts about the
-    place, LOOKS times in all, and MOST_LOOKS times if a touch lies there.
+    of the largest E1. The cell is flown again in SUBCELLS, then the one or the two subcells about
+    the place, LOOKS times in all, and MOST_LOOKS times if a touch lies there.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edge, begin, width = buffers.section, i, 0.0, 1.0
     place, e1 = NO_PLACE, 0.0
     for look in range(MOST_LOOKS):
-        if look >= LOOKS and math.isnan(touch_in_part(load, i, begin, width, buffers)):
+        if look >= LOOKS and math.isnan(touch_within(load, i, begin, width, buffers)):
             break
         start = state_at(ps, joined(damper), section, edge, 0.0)
-        status, section = flown_in_parts(parts, cell, load, i, (begin, width), start, buffers)
+        status, section = flown_in_subcells(parts, cell, load, i, (begin, width), start, buffers)
         if status != OK:
             return place, e1, status
         if level is None:
@@ -200,19 +206,19 @@ def place_in_contact(parts, cell, load, i, level, buffers):
             for k in range(1, len(section)):
                 if structure_energy(ps, section, k) > structure_energy(ps, section, best):
                     best = k
-            place, e1 = begin + width * (best / PARTS), structure_energy(ps, section, best)
-            edge, stop = max(best - 1, 0), min(best + 1, PARTS)
+            place, e1 = begin + width * (best / SUBCELLS), structure_energy(ps, section, best)
+            edge, stop = max(best - 1, 0), min(best + 1, SUBCELLS)
         else:
             edge = len(section) - 1
             while edge >= 0 and not structure_energy(ps, section, edge) > level:
                 edge -= 1
             if edge < 0:
                 return NO_PLACE, level, OK
-            if edge == PARTS:
+            if edge == SUBCELLS:
                 return begin + width, level, OK
             stop = edge + 1
-        begin += width * (edge / PARTS)
-        width *= (stop - edge) / PARTS
+        begin += width * (edge / SUBCELLS)
+        width *= (stop - edge) / SUBCELLS
     if level is not None:
         over = structure_energy(ps, section, edge) - level
         under = level - structure_energy(ps, section, edge + 1)
@@ -238,10 +244,11 @@ def may_exceed(level, h, ends, touched, begun):
 
 @jit
 def last_above(parts, cell, load, level, buffers, last):
-    """Return (time [s], cell, status) where E1 last exceeds a level; NaN if it does so at the end.
+    """Return (time [s], cell, status) where E1 last exceeds a level.
 
-    That is the first edge if E1 exceeds the level only before a jump there. last: the cell in which
-    E1 last exceeds a lower level, or the last cell.
+    The time is NaN if E1 exceeds the level at the end, or never exceeds a level of 0. It is that of
+    the first edge if E1 exceeds the level only before a jump there. last: the cell in which E1 last
+    exceeds a lower level, or the last cell.
     """
     ps, damper = structure_moved(parts, load.shaken, cell), damper_of(parts.damper, cell)
     section, edges, impacts = buffers.section, load.edges, buffers.impacts
@@ -308,19 +315,19 @@ def time_of_largest(parts, cell, load, buffers):
 
 # Columns of an orbit's quantities:
 #   LAST_TIMES 3 last times [s] at which E1 exceeds shares of its largest; NaN: it does at the end
-#   FELL         time [s] from the largest E1 to the second of them
+#   DECAY_TIME   time [s] from the largest E1 to the second of them
 #   IMPACTS      number of impacts
-#   CAME         energy [J] of the start and of the load
-#   GONE     3   energy [J] that c1, c2 and contacts have dissipated
+#   ENERGY_IN    energy [J] of the start and of the load
+#   DISSIPATED 3 energy [J] that c1, c2 and contacts have dissipated
 #   BALANCE      largest |in - stored - dissipated| over the largest energy that came in
 #   START        energy of the start [J], with that of contacts and of a constant load
 #   RMS          of x1 [m], without the time to settle
-LAST_TIMES, FELL, IMPACTS, CAME, GONE, BALANCE = 0, 3, 4, 5, 6, 9
+LAST_TIMES, DECAY_TIME, IMPACTS, ENERGY_IN, DISSIPATED, BALANCE = 0, 3, 4, 5, 6, 9
 START, RMS, ORBIT_NUMBERS = 10, 11, 12
 
 
 class Asked(NamedTuple):
-    """What the quantities depend on beside the orbit."""
+    """The levels of E1 and the settling time of the quantities."""
 
     shares: Any  # (3,) of the largest E1, rising
     settle: float  # time [s] that the rms of x1 leaves out
@@ -351,12 +358,13 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
     begin = energy_stored(ps, damper, walls, section, 0, load.jumps[0])
     scale, error = abs(begin), 0.0
     for i in range(end + 1):
-        came, gone = begin + sums[i, 0], sums[i, 1] + sums[i, 2] + sums[i, 3]
-        scale = max(scale, abs(came))
-        error = max(error, abs(came - energy_stored(ps, damper, walls, section, i, 0.0) - gone))
-    numbers[START], numbers[CAME] = begin, begin + sums[end, 0]
+        energy_in, dissipated = begin + sums[i, 0], sums[i, 1] + sums[i, 2] + sums[i, 3]
+        scale = max(scale, abs(energy_in))
+        stored = energy_stored(ps, damper, walls, section, i, 0.0)
+        error = max(error, abs(energy_in - stored - dissipated))
+    numbers[START], numbers[ENERGY_IN] = begin, begin + sums[end, 0]
     for k in range(3):
-        numbers[GONE + k] = sums[end, 1 + k]
+        numbers[DISSIPATED + k] = sums[end, 1 + k]
     numbers[BALANCE] = error / scale if scale > 0.0 else 0.0
     last = len(edges) - 2
     for i in range(len(asked.shares)):
@@ -367,7 +375,7 @@ def fill_numbers(parts, cell, load, asked, buffers, numbers):
     largest, status = time_of_largest(parts, cell, load, buffers)
     if status != OK:
         return status
-    numbers[FELL] = numbers[LAST_TIMES + 1] - largest
+    numbers[DECAY_TIME] = numbers[LAST_TIMES + 1] - largest
     if buffers.impacts is not None:
         numbers[IMPACTS] = buffers.impacts.filled[0]
     numbers[RMS] = rms_of_x1(edges, buffers.sums, asked.settle)
@@ -401,7 +409,7 @@ class LoadResults(NamedTuple):
     response: Any  # (orbits, `codes.RESPONSE_COLUMNS`)
     peak: Any  # (orbits, 2) largest E1 and E2 [J]
     violation: Any  # (orbits, 3), None in a scene without a limit
-    impacts: Any  # `Impacts` of which no number matters, None in a scene without walls
+    impacts: Any  # `Impacts`, of which only the type matters, None in a scene without walls
     states: Any  # (orbits or 0, edges, 4) at the edges, in the user's coordinates
     sums: Any  # (orbits or 0, edges, `load_orbit.EDGE_SUMS`)
     status: Any  # (orbits,)
@@ -442,14 +450,14 @@ def fill_rates(parts, cells, rates):
 
 
 @jit(entry=True)
-def fly_lanes(begin, end, parts, cells, loads, starts, asked, results):
+def fly_orbits(begin, end, parts, cells, loads, starts, asked, results):
     """Follow orbits `begin` to `end` - 1 of `cells` (orbits,) from starts (orbits, 4).
 
     starts: (x1, v1, r, s); parts: `Parts`; loads: `Loads`; asked: `Asked`; results: `LoadResults`.
     If the status of an orbit is not OK, its results have no meaning.
     """
-    for lane in range(begin, end):
-        first, after, blow = loads.first[lane], loads.after[lane], loads.blow[lane]
+    for i in range(begin, end):
+        first, after, blow = loads.first[i], loads.after[i], loads.blow[i]
         load = Load(
             loads.edges[first:after],
             loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
@@ -457,16 +465,16 @@ def fly_lanes(begin, end, parts, cells, loads, starts, asked, results):
             loads.sums[OF_CELL * first : OF_CELL * (after - 1)],
             loads.shaken,
         )
-        cell = cells[lane]
-        status, buffers = flown(parts, cell, load, starts[lane], results)
+        cell = cells[i]
+        status, buffers = flown(parts, cell, load, starts[i], results)
         if status == OK:
-            status = fill_numbers(parts, cell, load, asked, buffers, results.numbers[lane])
-        results.status[lane] = status
-        copy(buffers.response, results.response[lane])
-        copy(buffers.peak, results.peak[lane])
+            status = fill_numbers(parts, cell, load, asked, buffers, results.numbers[i])
+        results.status[i] = status
+        copy(buffers.response, results.response[i])
+        copy(buffers.peak, results.peak[i])
         if results.violation is not None:
-            copy(buffers.violation, results.violation[lane])
-        if status == OK and lane < len(results.states):
-            for i in range(len(load.edges)):
-                copy(buffers.section[i], results.states[lane, i])
-                copy(buffers.sums[i], results.sums[lane, i])
+            copy(buffers.violation, results.violation[i])
+        if status == OK and i < len(results.states):
+            for k in range(len(load.edges)):
+                copy(buffers.section[k], results.states[i, k])
+                copy(buffers.sums[k], results.sums[i, k])

@@ -50,7 +50,7 @@ from ..scene.scene import scale_of
 # ---- Growth rates with their uncertainty, and how fast time averages converge --------------------
 
 
-BATCHES = 16  # pieces of a sequence whose means are compared
+BATCHES = 16  # parts of a sequence whose means are compared
 QUANTILE = 2.947  # of Student's t, two-sided 99 %, 15 degrees of freedom
 UNFIT = 0.05  # share of a sequence at its beginning that is left out: the variations align there
 
@@ -59,7 +59,7 @@ UNFIT = 0.05  # share of a sequence at its beginning that is left out: the varia
 def mean_and_width(logs):
     """Return the mean of a sequence and the half-width of its 99 % interval, by batch means.
 
-    Consecutive values of an orbit are correlated; the means of BATCHES long pieces hardly are.
+    Consecutive values of an orbit are correlated; the means of BATCHES long parts hardly are.
     The half-width is inf if there are too few values, and 0 if the mean is -inf.
     """
     first = int(UNFIT * len(logs))
@@ -127,7 +127,7 @@ def digits_of(values):
 
 
 MOST_SHRUNK = 6.0  # -ln of the factor by which a volume may shrink between two projections
-SEVERAL = 8  # projections in a batch, at least
+FEWEST_PROJECTIONS = 8  # in each of the BATCHES
 
 
 class Course(NamedTuple):
@@ -137,8 +137,8 @@ class Course(NamedTuple):
     length: int  # rows that are filled
     first: int  # periods before those of the record
     origin: np.ndarray  # (STATE_SIZE,) section 0
-    maps: np.ndarray  # (batches, 16) derivatives over the last pieces of periods, or none
-    batch: int  # periods of a piece
+    maps: np.ndarray  # (pieces, 16) derivatives over the last pieces of periods, or none
+    together: int  # periods of a piece, between two projections
 
 
 @jit
@@ -179,13 +179,15 @@ def section_at(space, course, m):
 
 @jit
 def periods_together(flow, periods):
-    """Return after how many periods variations are made orthonormal again, of so many in all.
+    """Return the number of periods between two orthonormalizations, in a run of `periods`.
 
-    In between they turn towards the fastest: no volume may shrink by more than exp(-MOST_SHRUNK),
-    and a batch, whose mean enters the uncertainty, must hold SEVERAL projections.
+    In between variations turn towards the fastest: no volume may shrink by more than
+    exp(-MOST_SHRUNK), and each of the BATCHES, whose means give the uncertainty, must hold
+    FEWEST_PROJECTIONS.
     """
     shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
-    most = min(MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER), periods / (BATCHES * SEVERAL))
+    most = MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER)
+    most = min(most, periods / (BATCHES * FEWEST_PROJECTIONS))
     return max(1, int(most))
 
 
@@ -193,10 +195,10 @@ def periods_together(flow, periods):
 def follow_growth(flow, rows, state, tangent, logs, growth, maps):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
-    rows: take its sections, as far as there is room. logs: take the logarithm by which the first
-    variation grows in a period (the mean of a few); growth (4,): the sums for all variations. maps:
-    take the derivative of the flow over each piece of `periods_together`, if there is room. It is
-    A Q^T, as the variations are orthonormal, Q, before the piece and A after it.
+    rows: receives its sections, as far as there is room. logs: receives the logarithm by which the
+    first variation grows in a period (the mean of a few); growth (4,): the sums for all variations.
+    maps: receives the derivative of the flow over each piece of `periods_together`, if there is
+    room. It is A Q^T, as the variations are orthonormal, Q, before the piece and A after it.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
     together, before = periods_together(flow, len(logs)), np.empty(16)
@@ -229,9 +231,10 @@ def follow_growth(flow, rows, state, tangent, logs, growth, maps):
 
 
 MARGIN = 1.0e-6  # error of the largest multiplier's modulus and of a mean growth per period
-PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
-UNPREDICTED = 2.0  # deviation beyond which nothing is predicted, in units of that of the rest state
-CONVINCING = 1000  # periods for which returns are as predicted only near a stable orbit
+# largest error of a predicted return, as a share of the deviation: the prediction is linear
+PREDICTION_ERROR = 0.25
+UNPREDICTED = 2.0  # deviation beyond which nothing is predicted, in units of the cycle's `span`
+CONVINCING = 1000  # periods of returns as predicted that prove the approach
 TINY = 1.0e-7  # deviation, relative to the orbit, that rounding and the method's error may make
 BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
 LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for an exponent
@@ -286,7 +289,8 @@ def attracted(flow, cycle, x):
     """Return True if an orbit from the state x approaches a stable cycle.
 
     Each return must be as predicted, until the deviation is not resolvable or for CONVINCING
-    periods: a single flight without impact always obeys the matrix of an orbit without impacts.
+    periods. One return proves nothing: a flight without impact always obeys the matrix of an orbit
+    without impacts.
     """
     state, then, n = new_state(), state_of(x), cycle.n
     far_then = distance(flow.space, then, cycle.point)
@@ -365,7 +369,7 @@ def note_chaotic_transient(flow, course, evidence, period):
 
 MOST_PERIODS = 1024  # largest n that is looked for
 FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
-SLOW_RETURN = 4.0  # largest factor by which the distances of an orbit that settles shrink
+SLOW_RETURN = 4.0  # largest factor per return by which the distance of a settling orbit shrinks
 FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
 MANY_TRIED = 32  # candidates if one is likely
 ASTRAY_BY = (
@@ -426,10 +430,11 @@ def leads_away(flow, course, n, apart):
     """Return True if Newton's method of `try_period` surely ends with a first step beyond `apart`.
 
     This is read from the last n periods instead of the next n: their monodromy matrix is the
-    product of the course's maps, before which up to `batch` - 1 single periods are flown. Over the
-    distance between the last section and that n periods before, which is less than `apart`, the
-    return map is nearly linear. Then both lead to the same periodic orbit, and the two steps differ
-    by at most that distance; a step ASTRAY_BY times too long leads nowhere from either.
+    product of the course's maps, before which 1 to `together` periods are flown (more if the maps
+    end). Over the distance between the last section and that n periods before, which is less than
+    `apart`, the return map is nearly linear. Then both lead to the same periodic orbit, and the two
+    steps differ by at most that distance; a step ASTRAY_BY times too long leads nowhere from
+    either.
     """
     if len(course.maps) == 0:
         return False
@@ -438,11 +443,11 @@ def leads_away(flow, course, n, apart):
     for p in range(last - n + 1, last + 1):
         span = max(span, norm(space, section_at(space, sections, p)))
     y, image = section_at(space, sections, last - n), section_at(space, sections, last)
-    pieces = min((n - 1) // course.batch, len(course.maps))
+    pieces = min((n - 1) // course.together, len(course.maps))
     place_state(flow, y, state)
     set_identity(tangent)
-    for p in range(0, n - pieces * course.batch, TOGETHER):
-        periods = min(TOGETHER, n - pieces * course.batch - p)
+    for p in range(0, n - pieces * course.together, TOGETHER):
+        periods = min(TOGETHER, n - pieces * course.together - p)
         if advance_flow(flow, no_section(space), periods, tangent, state) != OK:
             return False
     for i in range(len(course.maps) - pieces, len(course.maps)):
@@ -487,10 +492,11 @@ def try_period(flow, course, n, apart, evidence):
 
 @jit
 def find_period(flow, course, most, periods, chaotic, evidence):
-    """Try the n of a recurrence, then those of near returns by falling promise.
+    """Try the n of a recurrence, then those of near returns.
 
-    At most `most` near returns, whose n sum up to `periods` at most. Returns FOUND or NOTHING;
-    NEIGHBOR if the sections recur, an orbit lies beside them, or not all near returns were tried.
+    The smallest n times distance is tried first. At most `most` near returns are tried, and the sum
+    of their n is at most `periods`. Returns FOUND or NOTHING; NEIGHBOR if the sections recur, an
+    orbit lies beside them, or not all near returns were tried.
     """
     n = recent_period(course.record, course.length)
     result, tried, spent = NOTHING, 0, 0
@@ -551,7 +557,8 @@ def note_cycle(flow, evidence, period):
 
     The largest is ln |mu| / nT. EXPONENTS stay NaN if the monodromy matrix resolves all
     multipliers: a reader takes ln |mu| / nT from it. That of a long orbit does not: then they are
-    the growth over a cycle, after ALIGNING cycles. CYCLE_PERIOD, RADIUS and POINT are filled.
+    the growth over a cycle, after ALIGNING cycles. CYCLE_PERIOD, RADIUS and POINT must have been
+    filled.
     """
     radius, n = evidence[ev.RADIUS], int(evidence[ev.CYCLE_PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
@@ -676,7 +683,7 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        length, maps, batch = course.length, np.empty((0, 16)), periods_together(flow, further)
+        length, maps, together = course.length, np.empty((0, 16)), periods_together(flow, further)
         record = np.empty((length + further, course.record.shape[1]))
         for p in range(length):
             for c in range(record.shape[1]):
@@ -686,11 +693,12 @@ def judge(flow, ends, record, first, stages, evidence):
             followed += further
             growth[:] = 0.0
             logs = np.zeros(further)
-            # For the last search. Earlier ones need no maps: impacts are recalled for nearly equal
-            # ones, so that the orbits of rejected periods affect the last bits of later exponents.
-            is_last = stage == len(stages) - 1 and further % batch == 0
+            # Only the last search has maps, with which `leads_away` skips orbits. In earlier ones
+            # that would change the last bits of later exponents: impacts of those orbits are
+            # recalled for nearly equal ones.
+            is_last = stage == len(stages) - 1 and further % together == 0
             if is_last and lost_of(flow.prepared.near, flow.prepared.far) == 0.0:
-                maps = np.empty((further // batch, 16))
+                maps = np.empty((further // together, 16))
             status = follow_growth(flow, rows, now, tangent, logs, growth, maps)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
@@ -701,5 +709,5 @@ def judge(flow, ends, record, first, stages, evidence):
             status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = Course(record, length + further, course.first, course.origin, maps, batch)
+        course = Course(record, length + further, course.first, course.origin, maps, together)
     return OK

@@ -382,9 +382,9 @@ def start_at_rest(side, tangent, tally, phase):
         add_state(tally.row, t, y, absolute(tally.ground, dv, c), c, phase)
         if tally.foot is not None:
             foot, (cosine, sine) = tally.foot, phase
-            gone = x1 - (foot.cosine * cosine + foot.sine * sine)
+            relative = x1 - (foot.cosine * cosine + foot.sine * sine)
             rate = v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine)
-            add_from_foot(tally.row, t, gone, rate)
+            add_from_foot(tally.row, t, relative, rate)
     return t
 
 
@@ -431,7 +431,10 @@ def contact(side, watch, phase, now, stop):
     ps, wall, k, tangent, steps = side.ps, side.wall, side.k, watch.tangent, side.steps
     k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now
     k[OLD + 4] = 0.0
-    elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
+    elapsed, depth = 0.0, 0.0
+    # cube, root: q^(N - 2) and q where a free impact turns, for the `reach` seen: they are computed
+    # anew if it has changed by 5 %
+    seen, cube, root = -1.0, 0.0, 0.0
     passed, saved = 0.0, 0.0  # free impacts so far; doubt that steps have left of their shares
     positive = (
         True if wall.switch is None else switching(wall, depth_of(wall, now[0]), now[1]) > 0.0
@@ -458,6 +461,7 @@ def contact(side, watch, phase, now, stop):
         swing = max(ps.omega, side.rate) * weight_of(wall, span)
         rate_squared = wall.kappa * cube + pressed(wall, external) + swing * swing
         per_theta = math.sqrt(rate_squared) / wall.whole  # free impacts per unit of theta
+        # late: divides the tolerated doubt of later oscillations
         late, h = 1.0 + passed / LONG, 1.0 / (per_theta * steps.per_impact)
         # The length that the last terms of the polynomial allow.
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)

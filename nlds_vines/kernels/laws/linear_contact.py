@@ -174,7 +174,11 @@ def too_stiff(motion, period):
 
 @jit
 def watch_push(stiffness, drag, gap, sign, w, watched):
-    """Fill `watched` with minus the force of a spring and a dashpot from r = `gap` on."""
+    """Fill the places of r in `watched` with the Taylor coefficients of minus the push.
+
+    The push is stiffness (sign r - gap) + drag sign s. With -gap and -sign, they are those of plus
+    the push.
+    """
     for k in range(ORDER + 1):
         i = COEF + 4 * k + 2
         watched[i] = -sign * (stiffness * w[i] + drag * w[i + 1])

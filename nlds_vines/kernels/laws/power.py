@@ -178,6 +178,7 @@ def damped(wall, s):
 
 @jit
 def switching(wall, z, s):
+    """Return 1 + a s of a pushing `wall`, also while it has let go; negative: it does not push."""
     return damped(wall, s)
 
 

@@ -205,7 +205,8 @@ def expand(ps, damper, h, inputs, out, first):
     """Write the Taylor coefficients of a flight into out[first : first + TERMS].
 
     inputs: x1, v1, r, s, cos and sin of the phase at its start; y(x h) = sum_k out[first + 4 k +
-    component] x^k.
+    component] x^k. Coefficient k + 1 is h / (k + 1) times the rate of coefficient k; cos and sin
+    are two more components, and a constant load enters at k = 0 only.
     """
     x1, v1, r, s, cosine, sine = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5]
     out[first], out[first + 1], out[first + 2], out[first + 3] = x1, v1, r, s

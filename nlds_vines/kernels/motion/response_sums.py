@@ -127,7 +127,7 @@ def add_state(row, dt, y, a1, drive, phase):
 
 
 @jit
-def add_from_foot(row, dt, gone, rate):
-    """Add `dt` [s] of the motion relative to the foot, x1 - y, and of its rate."""
-    row[Y2] += dt * gone * gone
+def add_from_foot(row, dt, relative, rate):
+    """Add dt (x1 - y)^2 and dt times its rate squared to Y2 and U2; relative: x1 - y."""
+    row[Y2] += dt * relative * relative
     row[U2] += dt * rate * rate

@@ -48,7 +48,10 @@ def scaled(matrix):
 
 @jit
 def balance(a):
-    """Scale rows and columns by powers of two until row i and column i have similar norms."""
+    """Multiply column i by a power of two and divide row i by it, until both have similar norms.
+
+    This is done for all i, in place; the eigenvalues stay.
+    """
     n, settled = len(a), False
     while not settled:
         settled = True

@@ -53,7 +53,8 @@ from ..watch.observe import (
 from ..watch.response import bare_tally, note_sums
 from .repetition import AT, periods_to_run, renew, repeat, sum_up_period
 
-HUGE = 1.0e150  # bound of |x1| + |v1| + |r| + |s|; a comparison with NaN fails, too
+# bound of |x1| + |v1| + |r| + |s|, whose squares stay finite; a comparison with NaN fails, too
+HUGE = 1.0e150
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
 # The state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from STATE_AHEAD on the
 # numbers of `inside.Ahead`.

@@ -1,6 +1,6 @@
 """The HDF5 archive: written once and whole, read by name.
 
-The only module that imports h5py, and that when it is used: no `--help` waits for it.
+Only this module imports h5py, and only inside functions: `--help` does not wait for it.
 
 The layout is that of netCDF-4: every dimension of every dataset has its scale attached, so that
 `xarray.open_dataset(FILE, engine="h5netcdf")` opens it.  Every dataset has HDF5's Fletcher-32
@@ -62,16 +62,16 @@ def write(
     """Write an archive to `path` and force it to the disk.
 
     The `pieces` of results come in any order; cells without a piece have their fill value.  The
-    `attributes` are made after the last piece.  An archive without a name stays in memory.  Of a
-    file, one piece of numbers is in memory at a time, and all strings: their length is that of the
-    longest.
+    `attributes` are made after the last piece.  An archive without a name stays in memory.  While a
+    file is written, one numeric piece is in memory at a time, and all strings: the longest sets
+    their stored length.
     """
     if isinstance(path, ArchivePath) and path.unnamed is not None:
         path.unnamed.memory = Memory(table, scales, pieces, attributes)
         return
     import h5py
 
-    with path.open("wb") as trial:  # HDF5 may crash if the disk fills while it writes
+    with path.open("wb") as trial:  # reserve the space first: HDF5 may crash if the disk fills
         if hasattr(os, "posix_fallocate"):  # not on every system
             os.posix_fallocate(trial.fileno(), 0, table.most_bytes + _OVERHEAD)
     used = {dim for entry in table.datasets.values() for dim in entry.dims}
@@ -101,7 +101,7 @@ def write(
 
 
 def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
-    """Yield each dataset, an array of any numeric type, as one piece."""
+    """Yield each dataset as one piece; numbers are converted to its type."""
     for entry, values in contents:
         stored = values if entry.dtype == "str" else values.astype(entry.dtype)
         yield entry.name, (slice(None),) * values.ndim, stored
@@ -124,13 +124,13 @@ def _create(
     if entry.flags is not None:
         dataset.attrs["flag_values"] = np.array([*entry.flags.values()], entry.dtype)
         dataset.attrs["flag_meanings"] = " ".join(entry.flags)
-    for axis, dim in zip(dataset.dims, entry.dims):  # noqa: B905 - of a scale there is none
+    for axis, dim in zip(dataset.dims, entry.dims):  # noqa: B905 - a scale's entry has no dims
         axis.attach_scale(file[dim])
     return dataset
 
 
 def _strings(values: np.ndarray) -> np.dtype:
-    """Return the type as which values are stored: of strings UTF-8 as long as the longest."""
+    """Return the dtype of the stored values; for strings, UTF-8 with the length of the longest."""
     import h5py
 
     if values.dtype != object:
@@ -141,9 +141,9 @@ def _strings(values: np.ndarray) -> np.dtype:
 def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
     """Return the shape of the chunks of an array whose values take `itemsize` bytes.
 
-    The longer of the first two sides is halved until a chunk takes at most 256 KiB, then the other
-    sides.  So the samples of one orbit stay together as long as possible, and the layout does not
-    depend on how the scan was cut into blocks.
+    The longer of the first two sides is halved until a chunk takes at most 256 KiB; other sides are
+    halved only once both are 1.  So the samples of one orbit stay together as long as possible, and
+    the layout does not depend on how the scan was cut into blocks.
     """
     chunk = list(shape)
     while math.prod(chunk) * itemsize > _CHUNK_BYTES:
@@ -319,7 +319,25 @@ class ArchiveView(Outlined):
         return self.take(name)
 
     def take(self, name: str, **index: int | slice) -> np.ndarray:
-        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
+        """Return part of a dataset.
+
+        Parameters
+        ----------
+        name : str
+            A dataset or scale.
+        **index : int or slice
+            An integer or a slice for each dimension to select from, by name; all of the others.
+
+        Returns
+        -------
+        numpy.ndarray
+            The values; a dimension with an integer is dropped.
+
+        Raises
+        ------
+        RequestError
+            For an unknown dataset or dimension, an integer out of range, or a damaged dataset.
+        """
         entry, shape = self.describe(name), self.shape(name)
         for dim, i in index.items():
             if dim not in entry.dims:
@@ -361,13 +379,16 @@ class ArchiveView(Outlined):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the varied parameters, in the order of the dimensions."""
+        """The dimensions of `status` but the last, which is `start` in scans and response curves.
+
+        They are the varied parameters, `sample`, or `case` and the parameter.
+        """
         return self.dims("status")[:-1]
 
     def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:
-        """Return the request whose results it holds, which `load` makes of the file in it.
+        """Return the archive's request, made by `load` from the stored TOML.
 
-        Raises `RequestError` for a content other than this one.
+        Raises `RequestError` if the archive's content is not `content`.
         """
         if self.content != content:
             raise RequestError(f"{self.path} holds a {self.content}, not a {content}")
@@ -429,13 +450,19 @@ class ArchiveView(Outlined):
         Parameters
         ----------
         *names : str
-            Datasets; none for all that have one value for each orbit.
+            Dataset names; by default all with one value for each orbit, and the parameters of
+            samples.
 
         Returns
         -------
         pandas.DataFrame
             The varied parameters and the start, then the datasets: enumerations as words, `section`
             as x1, v1, x2, v2 with a row for each period.  `attrs` holds the units.
+
+        Raises
+        ------
+        RequestError
+            If the dimensions of the datasets do not fit one table, or a dataset does not exist.
         """
         frame = library("pandas").DataFrame(self._columns(names))
         units = {name: self.units(name) for name in frame.columns if name in self}
@@ -450,14 +477,15 @@ class ArchiveView(Outlined):
         path : str or os.PathLike
             The file to write.
         *names : str
-            Datasets, as in `to_dataframe`.
+            Dataset names, as in `to_dataframe`.
         overwrite : bool
             Whether a file of this name is replaced; an archive never is.
 
         Raises
         ------
         RequestError
-            If the file exists and is not to be replaced, or cannot be written.
+            If the file exists and is not to be replaced, or cannot be written; for datasets that
+            `to_dataframe` refuses.
         """
         columns = self._columns(names)
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
@@ -587,7 +615,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
     def for_result(
         cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
     ) -> ArchivePath:
-        """Return the path `to`, or one in memory; `options` as resume need a file."""
+        """Return the path `to`, or one in memory; resume and overwrite, `options`, need a file."""
         if to is not None and not isinstance(to, str | os.PathLike):
             raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
         if to is not None:
@@ -616,12 +644,12 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         return read(self)
 
     def to_xarray(self) -> Any:
-        """Return all that it holds as an `xarray.Dataset` in memory, with units and words."""
+        """Return all of it as an `xarray.Dataset` in memory, with units and flag meanings."""
         with self.read() as view:
             return view.to_xarray()
 
     def to_dataframe(self, *names: str) -> Any:
-        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
+        """Return a `pandas.DataFrame`, by default of all datasets with one value for each orbit."""
         with self.read() as view:
             return view.to_dataframe(*names)
 

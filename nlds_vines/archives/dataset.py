@@ -26,7 +26,7 @@ class Dataset:
         units: SI, in the notation of CF; "1" for a number without a unit.
         long_name: its meaning in words.
         fill: the value of cells that were not computed.
-        flags: of an enumeration the codes by word, as CF has them; None for anything else.
+        flags: the codes of an enumeration by word, as in CF; None for any other dataset.
     """
 
     name: str
@@ -108,5 +108,5 @@ class Table:
 
     @property
     def most_bytes(self) -> int:
-        """The size of the archive without compression [bytes], its dimensions included."""
+        """An upper bound of the archive's uncompressed size [bytes], scales included."""
         return self.bytes() + TEXT_BYTES * sum(self.length.values())

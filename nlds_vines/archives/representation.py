@@ -21,7 +21,7 @@ class Outlined:
     """
 
     def heading(self) -> str:
-        """Return the words beside the name of the class: by default the title, if it has one."""
+        """Return the text after the class name: by default the title, if it has one."""
         return str(getattr(self, "title", ""))
 
     def outline(self) -> Rows:
@@ -34,7 +34,7 @@ class Outlined:
     def __repr__(self) -> str:
         lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
         rows = list(self.outline())
-        if len(rows) >= MOST_LINES:  # so many share a line
+        if len(rows) >= MOST_LINES:  # too many for a line each: join them
             rows = [("", "; ".join(f"{name} {words}".strip() for name, words in rows))]
         for name, words in rows:
             text = f"{name}: {words}" if name else words
@@ -63,7 +63,7 @@ def numbers(values: Mapping[str, Any]) -> str:
 
 
 def in_words(value: object) -> str:
-    """Return a value in a few words: of an array its shape, of an object its heading."""
+    """Return a few words: the shape of an array of over 4 values, the heading of an `Outlined`."""
     if isinstance(value, Outlined):
         return value.heading() or type(value).__name__
     if isinstance(value, np.ndarray):

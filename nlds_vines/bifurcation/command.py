@@ -158,8 +158,8 @@ class Job(commands.Job):
             check_show(self.show, values, self.request.starts, recorded, "label" in datasets)
 
     @classmethod
-    def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
-        job: Job = super().asked(request, options)
+    def from_options(cls, request: Scan, options: argparse.Namespace) -> Job:
+        job: Job = super().from_options(request, options)
         if options.source or job.plot or job.how.shard or not _can_be_drawn(request):
             return job
         return replace(job, plot=job.archive.with_suffix(".png"))

@@ -55,7 +55,7 @@ from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the bodies that a damper strikes; empty for a scene of one wall."""
+    """Return the names of the bodies that a damper strikes; empty for fewer than two walls."""
     return scene.bodies_struck if len(scene.walls) > 1 else ()
 
 
@@ -87,7 +87,7 @@ def table_of(
     Impacts and clearances exist only in scenes with a wall, the damper's energy only with a damper.
     Lengths of dimensions are counted without making their values.
     """
-    lanes, walls = (*(axis.name for axis in axes), "start"), struck(scene)
+    dims, walls = (*(axis.name for axis in axes), "start"), struck(scene)
     datasets: list[Dataset] = []
     for entry in recorded(scene, want):
         if entry.name != "start_state" or start.policy == "random":
@@ -95,7 +95,7 @@ def table_of(
             flags = _FLAGS.get(entry.name)
             if entry.name == "impact_wall":  # 0 is the near wall
                 flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
-            datasets.append(entry.dataset((*lanes, *tail), scene, flags))
+            datasets.append(entry.dataset((*dims, *tail), scene, flags))
     size, touches = len(scene.components), records.touches_noted(want, scene, periods)
     lengths = {axis.name: axis.values.size for axis in axes}
     lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
@@ -109,7 +109,7 @@ def table_of(
 
 
 def begins_at_sections(view: ArchiveView) -> bool:
-    """Return True if all orbits of a scan begin at phase zero, as points of attractors lie."""
+    """Return True if all orbits of a scan begin at phase zero, where the attractors' points lie."""
     start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
     return PHASE not in view.axes and not start.get(PHASE)
 
@@ -147,7 +147,7 @@ class Scan(Request):
     Raises
     ------
     RequestError
-        For anything else, and for a varied value that the system refuses.
+        If a field is invalid, or the system refuses a varied value.
 
     Examples
     --------
@@ -240,7 +240,8 @@ class Scan(Request):
             )
         if PHASE in names and start.phase:
             raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
-        # what is no parameter is an initial condition; the system names what replaces a parameter
+        # any other name must be an initial condition; the system refuses parameters that its kind
+        # lacks
         for name in (name for name in names if name not in settable and name not in PARAMETERS):
             allowed = (*components, PHASE)
             if name not in INITIAL:
@@ -253,8 +254,8 @@ class Scan(Request):
                 )
             if start.policy not in AT_ANY_PHASE:
                 raise RequestError(
-                    f"{name} is varied, so orbits begin at rest or in a given state but for that; "
-                    f"not with policy {start.policy!r}"
+                    f"{name} is varied: orbits start at rest or in a given state, with this "
+                    f"initial condition replaced; not with policy {start.policy!r}"
                 )
         if self.sampled is not None:
             for name in {*names} & {*INITIAL}:
@@ -304,9 +305,10 @@ class Scan(Request):
         }
 
     def starts_inside(self) -> list[str]:
-        """Return a line on starts inside a wall, if there are any; random starts never are.
+        """Return a line that counts the starts inside a wall, in a list; [] if there are none.
 
-        In a sweep only the orbit of the first cell begins at rest.
+        It is [] for random starts.  In a sweep, only the first cells count: those after them begin
+        where the orbit of the cell before ended.
         """
         if self.start.policy == "random":
             return []
@@ -334,12 +336,12 @@ class Scan(Request):
             axes = f"{self.sampled.count} samples of {', '.join(self.varied)}"
         yield "varied", f"{axes}; {starts} each ({self.start.policy}): {self.lanes} orbits"
         how = f"method {self.method}, effort {self.effort}"
-        yield "periods", f"{self.transient} passed over, {self.periods} sampled; {how}"
+        yield "periods", f"{self.transient} discarded, {self.periods} sampled; {how}"
         yield "recorded", ", ".join(self.want)
 
     @property
     def settings(self) -> solver_settings.Settings:
-        """How finely the method computes."""
+        """The solver settings: tolerance, nodes and steps."""
         return solver_settings.chosen_settings(
             self.method, {name: getattr(self, name) for name in solver_settings.FINENESS}
         )
@@ -375,7 +377,7 @@ class Scan(Request):
 
     @property
     def scans(self) -> list[Scan]:
-        """Itself alone: response curves have several."""
+        """A list of this scan alone; `CurveRequest.scans` has several."""
         return [self]
 
     @cached_property
@@ -457,7 +459,7 @@ def load_scan(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> Scan:
-    """Return the scan that a scan file means, validated throughout.
+    """Return the validated scan of a scan file, a system or a document.
 
     Parameters
     ----------
@@ -465,7 +467,8 @@ def load_scan(
         A TOML file, its document as nested tables, a scan; a system or the name of one for the
         default scan of that; None for the default (Figure 8).
     changes : mapping, optional
-        A document of the same form that overrides the source entry by entry, and `vary` as a whole.
+        A document of the same form that overrides the source entry by entry, and `vary` and
+        `samples` as a whole.
     changes_from : str
         The name of the changes in messages of errors.
 
@@ -505,7 +508,8 @@ def load_scan(
         policy = {"policy": STATE} if "state" in entries_of_start else {}
         start = Start(**policy | entries_of_start)
     axes = request.axes("vary") if sampled is None else ()
-    with at(request.place("record")):  # one file serves every system: what it lacks is left out
+    # one file serves every system: records that a system lacks are left out
+    with at(request.place("record")):
         asked = request.values.get("record", {}).get("want", records.USUAL)
         if not (want := records.possible_want(asked, system.scene)):
             records.refuse_impossible(asked, system.scene)

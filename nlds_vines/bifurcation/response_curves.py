@@ -61,7 +61,7 @@ CASE, WALL = "case", "wall"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
 CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
-ENERGY = "E1max"  # drawn by default, with its reduction below the curves
+ENERGY = "E1max"  # drawn by default
 
 SHOWN = tuple(
     entry.name
@@ -92,14 +92,16 @@ def _in_words(settings: Mapping[str, Any] | None) -> str:
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel of the picture; `base` marks that of the original tuning."""
+    """A panel of the picture; `base` marks its title as the original tuning."""
 
-    title: str = setting("", Text(), "[panels]", "what stands above it")
+    title: str = setting("", Text(), "[panels]", "heading above it")
     system: Any = setting(None, _SYSTEM, "[panels]", "of all its curves")
     settings: Mapping[str, Any] | None = setting(
         None, table, "[panels]", "parameters of all its curves", key="set"
     )
-    base: bool = setting(False, Truth(), "[panels]", "whether it is that of the original tuning")
+    base: bool = setting(
+        False, Truth(), "[panels]", "whether its title is marked as the original tuning"
+    )
 
     @property
     def words(self) -> str:
@@ -115,7 +117,7 @@ class Case(Outlined):
     )
     system: Any = setting(None, _SYSTEM, "[curves]", "its system", usual="the panel's")
     settings: Mapping[str, Any] | None = setting(
-        None, table, "[curves]", "parameters of it", key="set"
+        None, table, "[curves]", "its parameters", key="set"
     )
     base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
     color: str = setting(
@@ -123,7 +125,9 @@ class Case(Outlined):
         f"{', '.join(f'`{name}`' for name in HUES)} or `#rrggbb`", usual="black",
     )  # fmt: skip
     line: str = setting("solid", OneOf(LINES), "[curves]", ", ".join(f"`{name}`" for name in LINES))
-    shade: bool = setting(False, Truth(), "[curves]", "whether its impacts are shown")
+    shade: bool = setting(
+        False, Truth(), "[curves]", "whether the panel is shaded where it has impacts"
+    )
     panel: int | None = setting(
         None, Whole(1), "[curves]", "number of the only panel that has it, from 1"
     )
@@ -146,7 +150,8 @@ class CurveRequest(Request):
     """Response curves of several cases; checked when made, immutable afterwards.
 
     Raises `RequestError` for cases that cannot stand in one archive and picture: along different
-    parameters or values, from several starts, or without the quantity to be drawn.
+    parameters or values, with starts not in `CURVE_STARTS`, or with a quantity to be drawn that no
+    curve has.
     """
 
     content: ClassVar[str] = RESPONSE_CURVES
@@ -162,7 +167,7 @@ class CurveRequest(Request):
         False, Truth(), "figure", "draws the reduction by each damper below the curves"
     )
     log: bool = setting(
-        False, Truth(), "figure", "draws what is shown on logarithmic axes", option="--log",
+        False, Truth(), "figure", "draws what is shown on a logarithmic ordinate", option="--log",
     )  # fmt: skip
     manifold: bool = setting(
         False, Truth(), "figure",
@@ -171,8 +176,8 @@ class CurveRequest(Request):
     )  # fmt: skip
     show: tuple[str, ...] = setting(
         (ENERGY,), Checked(lambda value: checked_words("show", value, SHOWN), listed=True),
-        "figure", "what is drawn, a panel for each: the largest energies, or numbers of the "
-        "response as x1_max, v1_rms, stroke_max, force_max, transmissibility, see "
+        "figure", "what is drawn, a panel for each: the largest energies, or response "
+        "quantities such as x1_max, v1_rms, stroke_max, force_max, transmissibility, see "
         "[Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
         option="--show",
@@ -188,8 +193,9 @@ class CurveRequest(Request):
         for case in self.cases:
             (axis, *_), start = case.scan.axes, case.scan.start
             if axis.name != self.axis or not np.array_equal(axis.values, self.values):
-                both = f"{self.axis} and {axis.name}"
-                raise RequestError(f"curves along {both}: give all the same values")
+                both = " and ".join(dict.fromkeys((self.axis, axis.name)))
+                text = f"curves along {both}: all need the same parameter and values"
+                raise RequestError(text)
             if start.policy not in CURVE_STARTS:
                 raise RequestError(
                     f"start = {shown(start.policy)} begins {start.orbits} orbits at each value; "
@@ -323,7 +329,7 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | C
 
 
 def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
-    """Return the request of a source; for a list of systems, with the structure alone before them.
+    """Return the request of a source; for systems, with each structure alone before them.
 
     `changes` override the source, and `systems` among them replace its cases; `where` names them in
     messages of errors.
@@ -332,7 +338,8 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     changes = {key: value for key, value in changes.items() if key != "systems"}
     is_document = isinstance(source, CurveRequest | Mapping)
     if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
-        is_document = "curves" in read_toml(request_path(str(source)))  # else it is of a system
+        # without curves, the file describes a system
+        is_document = "curves" in read_toml(request_path(str(source)))
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
         listed = source if isinstance(source, list | tuple) else [source]
@@ -417,7 +424,7 @@ def load_curves(
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers.
 
-    A structure that is a case already is not added, nor one that lacks the varied parameter (k2).
+    A structure is not added if it is already a case, or if it lacks the varied parameter, as k2.
     """
     allowed, title = SCENES["none"].allowed, catalog()["none"].title
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
@@ -492,7 +499,10 @@ class ResponseCurve(Outlined):
         return int(np.count_nonzero(self.numbers["status"] > 0)) if "status" in self.numbers else 0
 
     def cycles(self, start: int = 0) -> np.ndarray:
-        """Return n,k of each nT,k as text, "" for no period; (0,) if no impacts are recorded."""
+        """Return "n,k" for each orbit nT,k, "" for one without a period.
+
+        The array is empty if no impacts are recorded.
+        """
         n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
         if n is None or k is None or (k < 0).all():  # without walls
             return np.empty(0, dtype=np.str_)
@@ -512,7 +522,8 @@ class ResponseCurves(Drawable):
     request : CurveRequest
         The request; computed again, it gives the same numbers.
     curves : tuple of ResponseCurve
-        The results of each case, in the order of `request.cases`; `curves["TMD"]` by name.
+        The results of each case, in the order of `request.cases`; by name:
+        `results["TMD"]` on this object.
     """
 
     drawn_by = "nlds_vines.bifurcation.picture.curves"

@@ -1,4 +1,4 @@
-"""The archive of a scan: as Python has it, as a request, and the orbits of its cells, bit by bit.
+"""The archive of a scan: its path as an object, its request, and the exact orbits of its cells.
 
 No kernels are loaded before an orbit is asked for.
 """
@@ -58,7 +58,7 @@ class ScanArchive(ArchivePath):
 
 
 def scan_in(path: str | os.PathLike[str]) -> ScanArchive:
-    """Return an archive as `nlds_vines.scan` returned it, one in memory among them."""
+    """Return the `ScanArchive` of a path or of an archive in memory."""
     return ScanArchive.of(path)
 
 
@@ -83,7 +83,7 @@ def scan_of(view: ArchiveView) -> Scan:
 # ---- orbits of cells -----------------------------------------------------------------------------
 
 
-def begun(
+def states_at_first_section(
     scan: Scan, cells: np.ndarray, initial: Mapping[str, np.ndarray], tell: Tell | None = None
 ) -> np.ndarray:
     """Return the states (n, 4), x1, v1, r, s, of the orbits of cells at their first section.
@@ -138,11 +138,12 @@ def own_states(
 ) -> np.ndarray:
     """Return the initial states of orbits that do not follow another one; rest for sweeps.
 
-    `where` are the places of the `cells` (n,) along each axis, `lanes` (n,) the start in its cell.
+    `where` are the places of the `cells` (n,) along each axis, `lanes` (n,) the number of the
+    start in its cell, `draws` (starts, 4) those of random starts, by default from the scan's seed.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
     if scan.start.policy != "random":
-        return begun(scan, cells, scan.initial(where), tell)
+        return states_at_first_section(scan, cells, scan.initial(where), tell)
     chosen = (starts.start_states(scan.start) if draws is None else draws)[lanes]
     return starts.random_states(cells, chosen[:, np.newaxis], scan.system.scene)[:, 0]
 
@@ -171,11 +172,11 @@ def recorded_start(
     system: System,
     moved: Mapping[str, float] | None = None,
 ) -> CellStart:
-    """Return the start of an orbit, of a sweep as far as its results, `arrays`, contain it.
+    """Return the start of an orbit.
 
-    `moved` are initial conditions by name that override those of the cell.  The start within a
-    sweep is the last recorded section of the cell before; without sections it is a point of the
-    cell's own periodic orbit.
+    `moved` are initial conditions by name that override those of the cell.  In a sweep, the start
+    is read from the results `arrays`: the last section of the cell before, else a point of the
+    cell's own periodic orbit, else rest.
     """
     if scan.start.sweeps:
         sweep, before = scan.start.sweeps[lane], swept_before(scan, place, lane)
@@ -204,7 +205,7 @@ def recorded_start(
         words = ", ".join(f"{name} = {value:g}" for name, value in shown.items())
         words = "the start of the sliders" if moved else words
         initial = {component_of(name): np.array([value]) for name, value in values.items()}
-        state = begun(scan, cell, initial)
+        state = states_at_first_section(scan, cell, initial)
     state = starts.put_on_walls(cell, state, system.scene)
     state = starts.user_states(cell, state, system.scene)[0]
     return CellStart(tuple(state.tolist()), words or "the given state")
@@ -281,7 +282,8 @@ def orbit_of(
     Raises
     ------
     RequestError
-        For a parameter that did not vary, a value outside the scan, or an unknown start.
+        For a missing parameter or one that did not vary, a value outside the scan, or an unknown
+        start.
     IntegrationError
         If the orbit ends early, as it did in the scan.
 
@@ -300,7 +302,10 @@ def orbit_of(
 def cell_orbit(
     archive: ArchiveView | str | os.PathLike[str], values: Mapping[str, float], start: int | str = 0
 ) -> CellOrbit:
-    """Return the beginning of a cell's orbit; arguments and errors as `orbit_of`."""
+    """Return the `CellOrbit` of a cell, not yet followed over the scan's periods.
+
+    Arguments and errors are those of `orbit_of`.
+    """
     if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return cell_orbit(view, values, start)

@@ -1,4 +1,4 @@
-"""A command from its arguments to its exit status, and what all tasks have in common.
+"""`Command` runs a command from arguments to exit status; all tasks share `Task` and `Job`.
 
 A task is a request, its `run`, a picture and examples; `of_task` makes its command, and a `Job`
 runs a request from the command line and from Python.
@@ -51,9 +51,10 @@ from nlds_vines.runs import interrupts
 class Command:
     """One command of the console script.
 
-    The `name` may be that of a program of its own, `python -m NAME`.  `carry_out` does what the
-    options ask for and returns the exit status; `options.argv` is the list of the arguments as they
-    were given.  `common` are the options that --help lists, with blanks between; by default all.
+    The `name` is a subcommand, or `python -m MODULE` for a program of its own.  `carry_out` does
+    what the options ask for and returns the exit status; `options.argv` is the list of the
+    arguments as they were given.  `common` are the options that --help lists, with blanks between;
+    by default all.
     """
 
     name: str
@@ -68,8 +69,8 @@ class Command:
 
         A wrong request becomes one line on standard error and status 2, and so does what the
         operating system refuses (a full disk, a file that vanished).  An interrupted run says how
-        to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.  The process, when it ends, is
-        not searched for garbage, which takes a second where it has compiled.
+        to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.  The process exits without a
+        garbage collection, which takes a second after compiling.
         """
         atexit.unregister(gc.freeze)  # once, however many commands a process runs
         atexit.register(gc.freeze)
@@ -81,7 +82,7 @@ class Command:
                 self.common.split(), prog=program(self.name), description=about, epilog=end
             )
             self.declare(parser)
-            for text in arguments:  # every argument may end in an archive
+            for text in arguments:  # the archive records every argument
                 if not text.isprintable():
                     refuse_bytes("the argument", text)
                 if NO_VALUE.fullmatch(text):
@@ -114,7 +115,7 @@ class Command:
 
 
 class Task(NamedTuple):
-    """The package of a task.
+    """The package of a task and the names of its modules there.
 
     Its module `run` computes an archive, `draws` has the `PICTURE` that draws one, `command` the
     `Job` that does both; the function `reads` of `result` takes the path of an archive.
@@ -134,7 +135,7 @@ class Task(NamedTuple):
 
     @property
     def picture(self) -> Any:
-        """What draws its archives, a `plotting.chosen_panels.Drawing`."""
+        """The `plotting.chosen_panels.Drawing` of its archives."""
         return self.part(self.draws).PICTURE
 
 
@@ -164,9 +165,10 @@ def task_of(view: ArchiveView) -> Task | None:
 class Job:
     """A request and its files; checked when made, before anything heavy is loaded.
 
-    The `source` was read and is not to be replaced; `how` the run goes; `frequency` is the unit of
-    axes, None for that of the request.  A subclass says in words what its task would do (`plan`)
-    and what has failed (`failure`); its further fields are options of the command.
+    The `source` is a file that was read and must not be replaced; `how` are the run's options;
+    `frequency` is the unit of axes, None for that of the request.  A subclass says in words what
+    its task would do (`plan`) and what has failed (`failure`); its further fields are options of
+    the command.
     """
 
     default: ClassVar[str] = ""
@@ -183,7 +185,7 @@ class Job:
     frequency: str | None = None
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` for files that cannot be written, and what cannot be drawn."""
+        """Raise `RequestError` if a file cannot be written or the picture cannot be drawn."""
         if self.frequency is not None:
             choice("--frequency", self.frequency, UNITS)
         if ArchivePath.of(self.archive).named is None:  # in memory
@@ -196,7 +198,7 @@ class Job:
                 self.check_picture()
 
     @classmethod
-    def asked(cls, request: Any, options: argparse.Namespace) -> Any:
+    def from_options(cls, request: Any, options: argparse.Namespace) -> Any:
         after = cls.is_named_after_source and options.source is not None
         named = f"{Path(options.source).stem}.h5" if after else cls.default
         files: dict[str, Any] = {
@@ -211,7 +213,7 @@ class Job:
 
     @classmethod
     def compute(cls, request: Any, source: Any, to: Any, how: RunOptions, **others: Any) -> Any:
-        """Compute a request for Python; without `to`, the archive goes with the results."""
+        """Compute a request for Python; without `to`, the archive stays in memory."""
         archive = ArchivePath.for_result(to, Path(cls.default).stem, how.resume, how.overwrite)
         return cls(request, request_path(source), archive, how=how, **others).run()
 
@@ -220,10 +222,10 @@ class Job:
         return ()
 
     def check_picture(self) -> None:
-        """Raise `RequestError` where the picture cannot be drawn."""
+        """Raise `RequestError` if the picture cannot be drawn."""
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
+        """Raise `RequestError` if files exist; with `dry_run`, for all reasons to refuse a run."""
         refuse_existing(self.archive, self.how)
         if self.plot is not None:
             refuse_replacing("picture", self.plot, self.how, self.request.hash)
@@ -257,7 +259,7 @@ class Job:
         return [str(path) for path in (self.archive, self.plot) if path is not None]
 
     def failure(self, results: Any) -> str:
-        """Return in words what of the results has failed; empty for nothing."""
+        """Return a line that says what failed; empty if nothing did."""
         return ""
 
     def carry_out(self, name: str, dry_run: bool) -> int:
@@ -286,9 +288,9 @@ def of_task(
 ) -> Command:
     """Return the command of a task.
 
-    `load` returns the request of a source and of changes; `source` is its form and words; `options`
-    are for tables and for the job, `owners` have the settings with options.  `about` may also have
-    `add_run`, which declares the options of a run, `but` and `usual` (`add_settings`).
+    `load(source, changes, place)` returns the request; `source` is the argument's metavar and help;
+    `options` change tables or the job; the settings of `owners` become options.  `about` may also
+    have `add_run`, which declares the options of a run, `but` and `usual` (`add_settings`).
     """
     add_run, but = about.pop("add_run", add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})
@@ -309,7 +311,7 @@ def of_task(
 
     def carry_out(chosen: argparse.Namespace) -> int:
         request = load(chosen.source, changes(chosen, options, owners), "command line")
-        return int(job.asked(request, chosen).carry_out(name, chosen.dry_run))
+        return int(job.from_options(request, chosen).carry_out(name, chosen.dry_run))
 
     return Command(name, declare=declare, carry_out=carry_out, **about)
 
@@ -317,7 +319,7 @@ def of_task(
 def changes(
     chosen: argparse.Namespace, options: Sequence[Option], owners: Sequence[Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the document of what options change in a request file."""
+    """Return the changes that the options make to a request, as a document."""
     document: dict[str, Any] = {}
     for option in options:
         text = getattr(chosen, option.name)

@@ -35,7 +35,7 @@ class Drawable(Outlined):
         return self.archive.to_xarray()
 
     def to_dataframe(self, *names: str) -> Any:
-        """Return datasets, by default those of one value a row, as a `pandas.DataFrame`."""
+        """Return a `pandas.DataFrame`, by default of all datasets with one value for each orbit."""
         return self.archive.to_dataframe(*names)
 
     def lines(self) -> Iterator[str]:

@@ -160,7 +160,7 @@ class Job(commands.Job):
     exponents: int = 0
 
     @classmethod
-    def asked(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
+    def from_options(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
         how = run_options(options)
         if how.resume and options.output is None:
             raise RequestError("--resume is for an archive: name it by -o FILE.h5")

@@ -361,9 +361,9 @@ class Times:
 
 @dataclass(frozen=True)
 class ColumnEntry:
-    name: str = setting("", Text(), "[column]", "what stands above it")
+    name: str = setting("", Text(), "[column]", "heading above it")
     settings: Mapping[str, Any] | None = setting(
-        None, table, "[column]", "parameters of it", key="set"
+        None, table, "[column]", "its parameters", key="set"
     )
     window: Window | None = setting(
         None, Checked(lambda value: checked_window("window", value)), "[column]",

@@ -260,7 +260,7 @@ def _of_row(name: str, kind: str, words: str, path: str) -> tuple[Dataset, Calla
 
 
 _ROW = (
-    _of_row("name", "text", "what stands above the column", "column.name"),
+    _of_row("name", "text", "heading above the column", "column.name"),
     _of_row("system", "text", "name of the system", "column.system.name"),
     _of_row("begin", "whole", "forcing period with which the window begins", "column.window.begin"),
     _of_row("end", "whole", "forcing period with which it ends", "column.window.end"),

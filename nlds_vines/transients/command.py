@@ -144,8 +144,8 @@ class Job(bifurcation.Job):
         object.__setattr__(self, "delay", delay)
 
     @classmethod
-    def asked(cls, request: Scan, options: argparse.Namespace) -> Job:
-        job = super().asked(request, options)
+    def from_options(cls, request: Scan, options: argparse.Namespace) -> Job:
+        job = super().from_options(request, options)
         assert isinstance(job, Job)
         return job if job.plot else replace(job, plot=job.archive.with_suffix(".png"))
 

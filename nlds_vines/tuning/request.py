@@ -215,7 +215,7 @@ class Tuning(Request):
     Raises
     ------
     RequestError
-        For anything else, and for a value that the system refuses.
+        If a field is invalid, or the system refuses a value.
 
     See Also
     --------

@@ -179,7 +179,7 @@ def test_a_sample_is_judged_where_it_is_less_than_half():
     [
         ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
         ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
-        ({"start": {"policy": "random", "count": 3}}, "x_0 is varied, so orbits begin at rest"),
+        ({"start": {"policy": "random", "count": 3}}, "x_0 is varied: orbits start at rest"),
         ({"start": {"policy": "up"}}, "x_0 is varied"),
         ({"vary": {"e": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
         ({"start": {"state": [1.0]}}, "must be a list of 4 numbers, or of 2"),

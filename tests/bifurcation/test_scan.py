@@ -390,7 +390,7 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
     [
         ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
         ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
-        ({"start": {"policy": "random", "count": 3}}, "phase is varied, so orbits begin at rest"),
+        ({"start": {"policy": "random", "count": 3}}, "phase is varied: orbits start at rest"),
         ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
     ],
 )

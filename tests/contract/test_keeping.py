@@ -125,7 +125,9 @@ def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
         note(self, count, words)
 
     monkeypatch.setattr(Compilation, "followed", slow)
-    monkeypatch.setattr("nlds_vines.orbits.batch._loaded", set())  # of tests before in this process
+    monkeypatch.setattr(
+        "nlds_vines.orbits.batch._loaded", set()
+    )  # earlier tests of this process filled it
     monkeypatch.setattr(Progress, "note", checked)
     monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
     monkeypatch.setattr(
@@ -135,7 +137,10 @@ def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
     assert late[0] > 0.0
     paces = [float(pace) for pace in re.findall(r"(\S+) a second", err)]
     assert all(pace > 1e-2 for pace in paces), err
-    assert paces or command in ("continuation", "tuning")  # whose work has no known end
+    assert paces or command in (
+        "continuation",
+        "tuning",
+    )  # whose number of orbits is not known in advance
 
 
 # ---- whether there is room -----------------------------------------------------------------------
@@ -161,7 +166,7 @@ def test_a_limit_on_memory_is_seen(tmp_path):
     assert printed("-c", program) == "True\n"
 
 
-def test_the_largest_block_is_as_large_as_it_is_said():
+def test_block_bytes_bounds_the_largest_block():
     for vary in (None, {"P": {"values": [1.0, 2.0, 3.0]}, "omega": {"values": list(range(1, 9))}}):
         for policy in ("rest", "up"):
             scan = make_scan(vary=vary, start={"policy": policy})
@@ -182,7 +187,7 @@ TOUCHES = (["speeds"], ["impact_section"])
         *product(["ssul-set6", "ssbl"], TOUCHES),
     ],
 )
-def test_what_a_block_takes_is_not_more_than_is_said(system, want):
+def test_lane_bytes_bounds_the_allocated_outputs(system, want):
     length = "periods" if want in TOUCHES else "transient"
     scan = replace(make_scan(want, system=system), **{length: 5000})
     outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
@@ -238,7 +243,7 @@ def hook(monkeypatch):
 
 
 @pytest.mark.parametrize("target", ["wheel", "sdist"])
-def test_what_is_built_knows_its_commit_and_what_is_built_of_that(hook, tmp_path, target):
+def test_a_wheel_or_sdist_records_its_commit(hook, tmp_path, target):
     made = hook.CustomBuildHook()
     made.root, made.target_name = str(tmp_path), target
     asked = {"force_include": {}}
@@ -309,8 +314,8 @@ def peak():
 
 first = scan(100)
 again, long = scan(101), scan(LONG)
-kept = np.ones((LANES, LONG, 4))
-print(json.dumps({"again": again - first, "long": long - again, "kept": peak() - long}))
+stored = np.ones((LANES, LONG, 4))
+print(json.dumps({"again": again - first, "long": long - again, "stored": peak() - long}))
 """
 
 
@@ -322,6 +327,6 @@ def growth(folder):
 def test_a_thousand_times_the_transient_takes_no_more_memory(tmp_path):
     growth(tmp_path)  # compiles, if need be, which takes more memory than anything here
     megabytes = growth(tmp_path)
-    assert megabytes["kept"] > 15.0  # what it would take to keep those states is seen
+    assert megabytes["stored"] > 15.0  # storing those states would be noticed
     assert megabytes["again"] < 4.0
     assert megabytes["long"] < 4.0

@@ -1,7 +1,7 @@
 """Requests: every setting is validated, however it is given; what means the same has one hash.
 
-What is tried follows from how a setting is described (`model/setting.py`), and what must be said of
-it from the tables below.  A setting that is neither is noticed.
+The wrong values follow from the setting's check (`model/setting.py`) or from the tables below, with
+the message expected.  A setting with neither fails.
 """
 
 import warnings
@@ -39,7 +39,7 @@ SCANS = Path(__file__).parents[2] / "scans"
 
 
 class Kind(NamedTuple):
-    """A kind of request: where it is read, a document of it that is complete, and its command."""
+    """A kind of request: where it is read, its smallest complete document, and its command."""
 
     module: str
     load: str
@@ -144,7 +144,7 @@ CHECKED = {
     "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
     **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
 }
-"""What is tried of settings that functions check, by key, with what must be said of it."""
+"""Wrong values of settings that a function checks, by key, with the expected message."""
 
 
 def tried(setting):
@@ -187,7 +187,7 @@ def tried(setting):
 def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(kind, here, error_of):
     """In a document, in a file and in the changes over one."""
     one = KINDS[kind]
-    one.read(one.least)  # or else all could be refused for a reason that is none
+    one.read(one.least)  # otherwise every refusal below could have another cause
     for setting in one.settings:
         others = one.least.get(setting.table, {})
         cases = [(setting.key, value, words) for value, words in tried(setting)]
@@ -206,7 +206,7 @@ def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(ki
                 assert line.startswith(place), line
                 assert f"[{setting.table}]: " in line, line
                 assert words in line
-    # a table that there is not, and what is no table
+    # an unknown table, and a value that is not a table
     one = KINDS[kind]
     for name, table in one.form.tables.items():
         line = error_of(one.read, {**one.least, f"{name}x": {}})
@@ -220,7 +220,7 @@ NUMBERS = {
     "1_0": "in the digits 0 to 9, without _", "٣": "in the digits 0 to 9", "0x10": "'0x10'",
     "ten": "'ten'", "": "''", "1" * 5000: "must be a",
 }  # fmt: skip
-"""What is no number, and what must be said of it."""
+"""Texts that are not numbers, with the expected message."""
 
 
 def texts(setting):
@@ -314,7 +314,7 @@ def test_what_the_changes_vary_is_set_no_longer():
     assert nv.load_scan({"system": system, "vary": RANGE}) == nv.load_scan({**SET6, "vary": RANGE})
 
 
-def test_an_override_takes_with_it_what_it_replaces():
+def test_an_override_removes_the_entries_it_replaces():
     scan = {**SCAN, "sampling": {"method": "rk4", "period_steps": 100.0}}
     assert nv.load_scan(scan, {"sampling": {"method": "exact"}}).period_steps is None
     assert nv.load_scan(scan, {"sampling": {"periods": 3}}).period_steps == 100.0
@@ -411,7 +411,7 @@ NUMBERS_OF_LOADS = [
     *(f"{kind}.{setting.key}" for kind in ALL for setting in settings_of(ALL[kind]).values()),
 ]
 RANGES = ([-1.0, 0.0, 1.0], [1.0, 1.5, 2.0], [2.0, 3.0, 4.0], [0.0, 0.5, 1.0], [19.0, 20.0, 21.0])
-"""Axes whose ends many settings allow, and not each value between them."""
+"""Axes whose ends many settings allow, but not every value in between."""
 
 
 @pytest.mark.parametrize("name", NUMBERS_OF_LOADS)

@@ -325,6 +325,13 @@ def test_nothing_is_clipped_without_a_sign():
             "show: several quantities need one panel",
         ),
         ({"start": {"policy": "random", "count": 3}}, "allowed: rest, up, down, both"),
+        (
+            {
+                "vary": {"mass_ratio": {"values": [0.05, 0.1]}},
+                "curves": [{"system": "tmd"}, {"system": "tmd", "set": {"m1": 2000.0}}],
+            },
+            "curves along m2: all need the same parameter and values",
+        ),
     ],
 )
 def test_what_cannot_be_shown_is_refused(tables, words):

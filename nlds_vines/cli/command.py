@@ -142,7 +142,7 @@ class Task(NamedTuple):
 TASKS: Mapping[str, Task] = {
     SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
     TUNING: Task("tuning", "tuned"),
-    CONTINUATION: Task("continuation", "continued"),
+    CONTINUATION: Task("continuation", "read_continuation"),
     RESPONSE_CURVES: Task(
         "bifurcation", "curves_in", "response_curves", "picture.curves", "curve_command"
     ),

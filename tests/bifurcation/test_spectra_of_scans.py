@@ -49,8 +49,8 @@ def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, answer):
     """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
     options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "120"]
     command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
-    told = answer(*command, "-o", tmp_path / "slow.h5").splitlines()
-    lines = [line for line in told if line.startswith("spectra")]
+    report = answer(*command, "-o", tmp_path / "slow.h5").splitlines()
+    lines = [line for line in report if line.startswith("spectra")]
     with nv.read(tmp_path / "slow.h5") as view:
         labels, spectral = view["label"].ravel(), view["spectral_label"].ravel()
         agree, words = view["spectra_agree"].ravel(), view.flags("spectra_agree")

@@ -122,28 +122,28 @@ DAMAGES = {
 """What becomes of the bytes of a file."""
 
 
-def damage(path, way):
-    if way == "removed":
+def damage(path, kind):
+    if kind == "removed":
         path.unlink()
     else:
-        path.write_bytes(DAMAGES[way](path.read_bytes()))
+        path.write_bytes(DAMAGES[kind](path.read_bytes()))
 
 
 @pytest.mark.kernels
-@pytest.mark.slow("two processes for each way")
-@pytest.mark.parametrize("way", ["flipped", "removed"])
+@pytest.mark.slow("two processes for each kind")
+@pytest.mark.parametrize("kind", ["flipped", "removed"])
 @pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
-def test_a_damaged_cache_heals_itself(copy, which, way):
+def test_a_damaged_cache_heals_itself(copy, which, kind):
     """Of entries and of inner kernels; one function reads both, which another test has damaged."""
     files = [path for path in (copy / "cache").rglob(f"{which}*") if path.is_file()]
     assert files
     entries = {path.name: path for path in (copy / "cache").rglob("lanes.run_lanes*")}
     for path in {*files, *entries.values()}:  # inner kernels are read where an entry is not
-        damage(path, way if path in files else "removed")
+        damage(path, kind if path in files else "removed")
     output = run(copy)
     assert output["labels"] == ["T,0", "T,0"]
     assert "lanes.run_lanes" in output["compiled"]
-    assert output["said"].count("\n") == (0 if way == "removed" else 1)
+    assert output["said"].count("\n") == (0 if kind == "removed" else 1)
     assert run(copy)["compiled"] == []
 
 
@@ -244,11 +244,11 @@ def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, tmp_p
     assert compiled_in(home)
     assert not compiled_in(tmp_path / "tmp")
     sound = {path: path.read_bytes() for path in compiled_in(home)}
-    for way in DAMAGES:
+    for kind in DAMAGES:
         for path in sound:
-            damage(path, way)
+            damage(path, kind)
         err = blocked(home, tmp_path / "tmp")
-        assert err.count("\n") == (0 if way == "removed" else 1)
+        assert err.count("\n") == (0 if kind == "removed" else 1)
         assert {path: path.read_bytes() for path in compiled_in(home)} == sound
 
 

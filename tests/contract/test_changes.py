@@ -208,9 +208,9 @@ def test_a_new_task_tells_and_refuses_its_options_and_keeps_what_exists(copy):
         assert done.returncode == 2
         assert done.stderr.startswith(f"nlds-vines frf: error: {line}")
         assert done.stderr.count("\n") == 1
-    kept = *frf, "-o", "kept.h5"
-    assert "archive:  kept.h5" in output_of(copy(*kept, "--dry-run"))
-    assert copy(*kept, "--quiet").returncode == 0
-    done = copy(*kept, "--low", "6")
+    stored = *frf, "-o", "kept.h5"
+    assert "archive:  kept.h5" in output_of(copy(*stored, "--dry-run"))
+    assert copy(*stored, "--quiet").returncode == 0
+    done = copy(*stored, "--low", "6")
     assert done.returncode == 2
     assert "kept.h5' exists" in done.stderr

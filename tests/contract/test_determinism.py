@@ -98,8 +98,7 @@ def test_the_orbits_compared_are_not_all_alike(tmp_path):
     bits = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
     assert np.isfinite(bits["section"]).all()
     assert len(np.unique(bits["section"][..., -1, 0])) == bits["status"].size
-    paths = [nv.scan(document(start=way), to=tmp_path / f"{way}.h5") for way in ("up", "down")]
-    up, down = map(arrays, paths)
+    up, down = (arrays(nv.scan(document(start=s), to=tmp_path / f"{s}.h5")) for s in ("up", "down"))
     assert not np.array_equal(up["section"], down["section"])
 
 

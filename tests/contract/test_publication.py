@@ -93,8 +93,8 @@ def test_the_workflow_calls_the_gate_and_hooks_and_site_are_as_told():
 def test_the_page_of_the_paper_cites_what_there_is_and_tells_no_number_of_its_own():
     page, pages = text_of("paper.md"), text_of("README.md")
     pages += "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md"))
-    known = re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
-    assert set(re.findall(r"@(\w+)", page)) == set(known)
+    keys = re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
+    assert set(re.findall(r"@(\w+)", page)) == set(keys)
     body = re.sub(r"\[@\w+\]", "", page.split("---\n", 2)[2])
     numbers = set(re.findall(r"(?<![\w.])\d[\d.]*(?:e-?\d+)?(?![\w])", body))
     assert len(numbers) >= 8

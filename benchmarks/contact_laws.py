@@ -122,7 +122,10 @@ def page() -> Iterator[str]:
     stiff = zip(STIFFER, far, strict=True)
     yield from table(("K", "distance"), [(f"{K:.0e}", f"{d:.1e}") for K, d in stiff], right=(0, 1))
     yield ""
-    yield f"The last three fall by K^{order:.3f}: a contact lasts K^-0.4 as long."
+    yield (
+        f"The last three distances are proportional to K^{order:.3f}, and so is the duration of a "
+        "contact (K^-0.4)."
+    )
     yield from POWERS.splitlines()
     spring = HERTZ.with_(law="linear", kc=SOFT)
     powers = [
@@ -151,16 +154,17 @@ A law says what a wall does to the damper that meets it.
   forcing, energy is kept to 5e-10 for 100,000 periods.
 - `power` where a force was measured over the depth.
 
-SSul NES Set 6 at 6.28 rad/s, from rest, once it has settled, under each of them. Gains and losses
-are those from touch to release, including the work of all other forces meanwhile. Costs are CPU
-times of orbits from random starts over 100 periods, in units of that under `hertz`, timed in turn
-(to some per cent). Contacts under `power` or with `hunt_crossley` are stepped, which costs most.
+The table shows SSul NES Set 6 at 6.28 rad/s under each law, from rest, once it has settled. Gains
+and losses are measured from touch to release, including the work of all other forces meanwhile.
+Costs are CPU times of orbits from random starts over 100 periods, in units of that under `hertz`,
+timed in turn (to some per cent). Contacts under `power` or with `hunt_crossley` are stepped, which
+costs most.
 
 """
 
 LIMITS = """
-With e = 1 energy is kept as by `hertz`, and only the time of a contact is missing. The stiffer the
-contact, the closer are the two. The distance is that of the settled sections, the largest
+With e = 1 impacts conserve energy, as under `hertz`, but take no time. The stiffer the contact, the
+closer the two laws. The distance is that of the settled sections, the largest
 difference of their four numbers relative to the largest of them.
 
 """

@@ -71,7 +71,7 @@ def write(
         return
     import h5py
 
-    with path.open("wb") as trial:  # reserve the space first: HDF5 may crash if the disk fills
+    with path.open("wb") as trial:  # check that there is room: HDF5 may crash if the disk fills
         if hasattr(os, "posix_fallocate"):  # not on every system
             os.posix_fallocate(trial.fileno(), 0, table.most_bytes + _OVERHEAD)
     used = {dim for entry in table.datasets.values() for dim in entry.dims}
@@ -615,7 +615,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
     def for_result(
         cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
     ) -> ArchivePath:
-        """Return the path `to`, or one in memory; resume and overwrite, `options`, need a file."""
+        """Return the path `to`, or one in memory; `options`, resume and overwrite, need `to`."""
         if to is not None and not isinstance(to, str | os.PathLike):
             raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
         if to is not None:
@@ -672,7 +672,7 @@ def columns(path: Path) -> list[tuple[str, str]]:
 
 
 def column(path: Path, name: str, most: int) -> np.ndarray:
-    """Return the numbers of one of `columns`, if it and its chunks hold at most `most`."""
+    """Return the numbers of a column; refuse it if it or one chunk holds more than `most`."""
     with _any_hdf5(path) as file:
         size = max(file[name].size, *(file[name].chunks or (0,)))
         if size <= most:

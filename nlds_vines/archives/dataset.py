@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 TEXT_BYTES = 64
-"""Bytes that a string counts for: more than any label and its entry in the file take."""
+"""Bytes that a string counts for: more than the label of any orbit takes."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Dataset:
     Attributes:
         name: in the archive.
         dims: the names of its dimensions: the varied parameters, then `start`, then the dimensions
-            of a single orbit (`cycle`, `component`).
+            of a single orbit (`forcing_period`, `component`).
         dtype: the name of a NumPy type, or "str" for UTF-8 strings.
         units: SI, in the notation of CF; "1" for a number without a unit.
         long_name: its meaning in words.
@@ -74,7 +74,7 @@ class Scale(NamedTuple):
 
     @property
     def dataset(self) -> Dataset:
-        """Its description, as that of a dataset."""
+        """The description of the dataset that stores its values."""
         kind = "str" if self.values.dtype.kind in "OU" else str(self.values.dtype)
         fill = "" if kind == "str" else self.values.dtype.type(0).item()
         return Dataset(self.name, (self.name,), kind, self.units, self.long_name, fill)

@@ -305,10 +305,10 @@ class Scan(Request):
         }
 
     def starts_inside(self) -> list[str]:
-        """Return a line that counts the starts inside a wall, in a list; [] if there are none.
+        """Return a list of one line that counts the starts inside a wall; [] if there are none.
 
-        It is [] for random starts.  In a sweep, only the first cells count: those after them begin
-        where the orbit of the cell before ended.
+        It is [] for random starts, too.  In a sweep, only the first cells count: those after them
+        begin where the orbit of the cell before ended.
         """
         if self.start.policy == "random":
             return []
@@ -464,8 +464,8 @@ def load_scan(
     Parameters
     ----------
     source : path-like, mapping, Scan, System, str or None
-        A TOML file, its document as nested tables, a scan; a system or the name of one for the
-        default scan of that; None for the default (Figure 8).
+        A TOML file, its document as nested tables, or a scan.  A system or its name means the
+        default scan of that system, None the default scan (Figure 8).
     changes : mapping, optional
         A document of the same form that overrides the source entry by entry, and `vary` and
         `samples` as a whole.

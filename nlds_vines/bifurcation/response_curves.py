@@ -3,8 +3,8 @@
 Its datasets are those of scans with a dimension `case`.
 
 A request file is a scan file with a table `[[curves]]` for each case.  With `[[panels]]` every case
-is drawn in every panel, or in the panel that it names; case and panel may each name a system and
-set parameters.
+is drawn in every panel, or in the panel that it names. A case or its panel, not both, may name the
+system; both may set parameters, but not the same one.
 """
 
 from __future__ import annotations
@@ -150,8 +150,8 @@ class CurveRequest(Request):
     """Response curves of several cases; checked when made, immutable afterwards.
 
     Raises `RequestError` for cases that cannot stand in one archive and picture: along different
-    parameters or values, with starts not in `CURVE_STARTS`, or with a quantity to be drawn that no
-    curve has.
+    parameters or values, with a start policy not in `CURVE_STARTS`, or with a quantity in `show`
+    that no curve has; and for options of the figure that do not fit.
     """
 
     content: ClassVar[str] = RESPONSE_CURVES
@@ -501,7 +501,7 @@ class ResponseCurve(Outlined):
     def cycles(self, start: int = 0) -> np.ndarray:
         """Return "n,k" for each orbit nT,k, "" for one without a period.
 
-        The array is empty if no impacts are recorded.
+        The array is empty without walls, or if neither impacts nor regimes are recorded.
         """
         n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
         if n is None or k is None or (k < 0).all():  # without walls

@@ -139,7 +139,8 @@ def own_states(
     """Return the initial states of orbits that do not follow another one; rest for sweeps.
 
     `where` are the places of the `cells` (n,) along each axis, `lanes` (n,) the number of the
-    start in its cell, `draws` (starts, 4) those of random starts, by default from the scan's seed.
+    start in its cell, `draws` (starts, 4) the numbers in
+    [-1, 1) that random starts scale, by default from the scan's seed.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
     if scan.start.policy != "random":

@@ -289,8 +289,9 @@ def of_task(
     """Return the command of a task.
 
     `load(source, changes, place)` returns the request; `source` is the argument's metavar and help;
-    `options` change tables or the job; the settings of `owners` become options.  `about` may also
-    have `add_run`, which declares the options of a run, `but` and `usual` (`add_settings`).
+    `options` set entries of the request's tables or fields of the job; the settings of `owners`
+    become options.  `about` may also have `add_run`, which declares the options of a run, `but` and
+    `usual` (`add_settings`).
     """
     add_run, but = about.pop("add_run", add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})

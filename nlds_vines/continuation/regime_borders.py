@@ -37,7 +37,7 @@ class Walk:
     # the located special points (kind, value), in the order of the walk
     events: tuple[tuple[str, float], ...]
     alive: bool  # whether the orbit is stable in the next cell
-    label: str  # there
+    label: str  # its label there; meaningless unless `alive`
 
     @property
     def is_explained(self) -> bool:
@@ -53,8 +53,10 @@ class Border:
     high: float
     before: str  # their labels
     after: str
-    left: Walk | None  # the ways of the orbits before and after to the other cell; None if an
-    right: Walk | None  # orbit is not periodic, or on no branch
+    # the walks of the orbits before and after to the other cell; None if an orbit is not periodic,
+    # or lies on no branch
+    left: Walk | None
+    right: Walk | None
     periodic: tuple[bool, bool]  # whether the orbits before and after are
 
     @property
@@ -102,7 +104,7 @@ class Border:
 
 
 def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
-    """Return the borders between the labels of a scan's first start."""
+    """Return the label changes of a scan's first start within the interval of `result`."""
     along, name = result.request.along, result.request.along.name
     labels, values = scan.take("label", start=0), scan[name]
     section_map = map_of(result.request)

@@ -264,12 +264,13 @@ class Continued(Drawable):
         """The special points, a row each, branch after branch.
 
         The columns are kind (LP, PD, NS, BP, GR or LIM); value of the parameter; before and after,
-        the labels along the branch; residual of the test function, relative (not the closing error,
-        which is defect here); bracket, the width of the last bracket in units of the parameter;
-        resolved, whether that is at most 1e-10 of the value; defect, the closing error, relative;
-        wall of a grazing impact; branch, its number; index of the preceding point of its branch;
-        periodicity, n of nT; state at phase zero [m, m/s]; switch, the outcome of following the
-        branch that leaves there: none, followed, known or failed.
+        the labels along the branch; residual of the test function, relative (of a BP, the
+        difference of two extrapolations; the closing error is defect); bracket, the width of the
+        last bracket in units of the parameter; resolved, whether that is at most 1e-10 of the
+        value; defect, the closing error, relative; wall of a grazing impact; branch, its number;
+        index of the preceding point of its branch; periodicity, n of nT; state at phase zero [m,
+        m/s]; switch, the outcome of following the branch that leaves there: none, followed, known
+        or failed.
         """
         t = self.tables
         values, bracket = t[f"special_{self.request.along.name}"], t["bracket"]
@@ -461,8 +462,8 @@ def read_continuation(path: str | os.PathLike[str]) -> Continued:
 def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], Any] | None]]:
     """Yield the datasets of branches and special points, each with the function of one entry.
 
-    The function takes the cycle of a point, a special point or a branch (`Track`), as the first
-    dimension of the dataset says; it is None if all entries are computed at once.
+    By the first dimension of the dataset, its argument is the `Cycle` of a point, a `Special` or a
+    `Track`; it is None if all entries are computed at once.
     """
     free, scene, pair = PARAMETERS[request.along.name], request.system.scene, ("multiplier", "part")
     dims: tuple[str, ...] = ("point",)
@@ -475,7 +476,7 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
     yield Dataset.whole("impacts_far", dims, far), lambda c: c.counts[1]
     yield Dataset.text("label", dims, "n and k of nT,k"), label_of_cycle
-    words = "whether all multipliers lie inside"
+    words = "whether all multipliers lie inside the unit circle"
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
     yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), _parts
     yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect

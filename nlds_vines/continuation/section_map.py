@@ -154,7 +154,7 @@ class SectionMap:
         Formulas between parameters and records are differentiated by one-sided differences of
         order four, on a side where the parameter's values are allowed.
         """
-        if self._direct is not None:  # every parameter only stands in its columns
+        if self._direct is not None:  # each parameter is itself the value of its columns
             derivatives = np.zeros(len(values), self._template.dtype)
             entries = derivatives.view(np.float64).reshape(len(values), -1)
             for i, columns in enumerate(self._direct):
@@ -220,7 +220,7 @@ class SectionMap:
         return weights
 
     def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
-        """Return the place `time` [periods] later, one of `shot(since + time)`.
+        """Return the place `time` [periods] later, on the sections of `shot(since + time)`.
 
         None if the integration fails.
         """

@@ -35,9 +35,9 @@ NEAREST = 1.0e-6  # weighted distance within which a period doubling is first se
 
 Test = Callable[[Point], float]
 
-# Distance along the branch where a test function is smallest, the point there, its modulus there,
-# and the width of the last bracket in units of the parameter; of a BP, the weighted difference of
-# two extrapolations and that of their parameters.
+# Distance along the branch of the trial with the smallest |test function|, its point, that modulus,
+# and the width of the last bracket in units of the parameter. Of a BP, the last two are the
+# differences of two extrapolations: in the weighted norm, and of the parameter.
 Located = tuple[float, Point, float, float]
 
 
@@ -82,8 +82,8 @@ def half_of(cycle: Cycle) -> np.ndarray:
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
     """Return the special points between two neighboring points of a branch, in their order.
 
-    If the search for one fails, because a trial does not reach the branch, the special point is the
-    nearer of the two points, bracketed by both.
+    If the search fails because a trial does not reach the branch, a grazing is left out; any other
+    special point is that of the two points with the smaller test function, bracketed by both.
     """
     specials, far = list[tuple[float, Special]](), step_between(a, b)
     for kind in _changed(a, b):
@@ -241,9 +241,9 @@ def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
 def _grazing(before: Point, b: Point) -> Test:
     """Return the test function of grazing: positive with the impacts of `before`, else negative.
 
-    Its modulus is the clearance without the impact, and with it the squared approach speed of the
-    softest impact, which is proportional to the depth of the free flight.  Both are scaled to one
-    at the ends of the bracket.
+    Of an orbit without the grazing impact its modulus is the clearance; of one with it, the squared
+    approach speed of the softest impact, which is proportional to the depth of the free flight.
+    Both are scaled to one at the ends of the bracket.
     """
     counts = before.cycle.counts
     gains = sum(b.cycle.counts) >= sum(counts)

@@ -55,7 +55,7 @@ def refuse_without_bokeh(command: str) -> None:
 
 
 def refuse_samples(scan: Scan) -> None:
-    """Raise `RequestError` for samples of parameters, which are no map."""
+    """Raise `RequestError` if the scan is a table of samples, which has no axes."""
     if scan.sampled is not None:
         raise RequestError(
             f"{scan.title}: samples have no axis, so there is no map to click; "
@@ -90,7 +90,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if is_archive:
         scan = None
     elif source is None and isinstance(system := document.get("system"), System):
-        # the diagram of a system around the natural frequency of its structure
+        # the diagram around the structure's natural frequency, or around omega if k1 = 0
         system = system.with_(**document.get("set", {}))
         m1, k1, _ = system.structure
         center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]

@@ -157,7 +157,7 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
         }
         ends["t"] = history["t"][np.stack([firsts, middles], axis=-1)]
         return {column: values.ravel() for column, values in ends.items()}
-    # every n-th sample, and every sample in contact with its two neighbors
+    # every n-th sample, every sample during a contact, and the one on either side of it
     drawn = np.zeros(count, bool)
     drawn[:: max(1, -(-count // MOST_POINTS))] = True
     touching = np.pad(force != 0, 1)
@@ -234,7 +234,8 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
 def portrait_command(request: PortraitRequest) -> str:
     """Return the command that draws a portrait.
 
-    It has options if they repeat a catalog system, else the file `PORTRAIT_FILE`.
+    It names a catalog system and the changed parameters if they reproduce the system, else the
+    file `PORTRAIT_FILE`.
     """
     (column,) = request.columns
     system, base = column.system, catalog().get(column.system.name)

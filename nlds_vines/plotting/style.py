@@ -1,4 +1,4 @@
-"""The style of pictures: sizes, fonts, colors; plain text typeset, and labels of axes.
+"""The style of pictures: sizes, fonts, colors, labels of axes; and plain text typeset in LaTeX.
 
 Colors are those of Okabe and Ito, which color-blind readers distinguish.  Typeset, 2.5e+07 N/m^1.5
 becomes 2.5 x 10^7 N/m^(3/2), and K is italic.
@@ -76,7 +76,10 @@ STARTS = (
     *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
     "#555555",
 )
-"""Colors of starts without a color in `_POLICIES`.  The last one is too dark for a dark page."""
+"""Colors of starts without a color in `_POLICIES`.
+
+The first and the last are too dark for a dark page.
+"""
 
 
 def axis_label(parameter: str) -> str:
@@ -169,8 +172,9 @@ def literal(text: str) -> str:
 def typeset(text: str) -> str:
     """Return a text of a request with typeset symbols, powers of ten and units.
 
-    A symbol of one ASCII letter counts only before " = ", " from " and " tuned ", and in a list of
-    symbols that ends a title or a clause: `P = 600 N`, `map: ω, C`, but not the P of a name.
+    A symbol of one ASCII letter counts only before " = ", " from " and " tuned ", and in a list at
+    the start or after ": " that runs to the end, " from " or " tuned ": `P = 600 N`, `map: ω, C`,
+    but not the P of a name.
     """
     printed = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))
     printed = _SCIENTIFIC.sub(lambda m: f"${power_of_ten(m[0])}$", printed)

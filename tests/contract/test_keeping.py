@@ -230,7 +230,7 @@ def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
 
 @pytest.fixture
 def hook(monkeypatch):
-    """Return the hook of the build, whose library need not be installed."""
+    """Return the module `hatch_build`; hatchling need not be installed."""
     interface = ModuleType("hatchling.builders.hooks.plugin.interface")
     interface.BuildHookInterface = object
     for name in ("", ".builders", ".builders.hooks", ".builders.hooks.plugin"):

@@ -167,7 +167,9 @@ def test_what_users_set_in_matplotlib_stays(small):
         nv.plot(small, style="nosuch")
 
 
-def test_plot_draws_lists_and_does_not_overwrite(small, tmp_path, answer, refusal, ask):
+def test_plot_draws_or_lists_quantities_and_does_not_overwrite(
+    small, tmp_path, answer, refusal, ask
+):
     picture = tmp_path / "v.pdf"
     ask("plot", small, "--show", "v1", "-o", picture)
     first = picture.read_bytes()
@@ -304,7 +306,7 @@ def test_what_has_no_axis_of_the_frequency_is_refused_and_panels_share_its_ticks
 
 
 def test_a_frequency_axis_has_round_numbers_also_where_it_is_logarithmic(tmp_path):
-    """The request keeps f, from which the bits of omega follow again."""
+    """The request keeps f; omega follows from it bit for bit."""
     path, vary = tmp_path / "hertz.h5", {"f": {"start": 0.9, "stop": 1.1, "num": 4}}
     nv.scan("ssul-set6", vary=vary, sampling=SHORT, record=RECORD, to=path, quiet=True)
     archive = nv.open_archive(path)

@@ -147,7 +147,7 @@ CHECKED = {
 """Wrong values of settings that a function checks, by key, with the expected message."""
 
 
-def tried(setting):
+def wrong_values(setting):
     key, check = setting.key, setting.check
     match check:
         case Whole(low, high):
@@ -185,12 +185,12 @@ def tried(setting):
 
 @every_kind
 def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(kind, here, error_of):
-    """In a document, in a file and in the changes over one."""
+    """The value stands in a document, in a file, or in changes to a document."""
     one = KINDS[kind]
     one.read(one.least)  # otherwise every refusal below could have another cause
     for setting in one.settings:
         others = one.least.get(setting.table, {})
-        cases = [(setting.key, value, words) for value, words in tried(setting)]
+        cases = [(setting.key, value, words) for value, words in wrong_values(setting)]
         misspelled, words = f"{setting.key}x", f"did you mean '{setting.key}'"
         cases += [(misspelled, 1, f"unknown key '{misspelled}'; {words}")]
         for key, value, words in cases:
@@ -216,34 +216,36 @@ def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(ki
         assert table or name in (*one.form.names, *one.form.whole)
 
 
-NUMBERS = {
+NOT_NUMBERS = {
     "1_0": "in the digits 0 to 9, without _", "٣": "in the digits 0 to 9", "0x10": "'0x10'",
     "ten": "'ten'", "": "''", "1" * 5000: "must be a",
 }  # fmt: skip
 """Texts that are not numbers, with the expected message."""
 
 
-def texts(setting):
+def wrong_texts(setting):
     match setting.check:
         case Whole(low, high):
             outside = [
                 (str(n), f"{setting.key} = {n} must be a whole number") for n in (low - 1, high + 1)
             ]
-            return [*outside, ("2.5", "must be a whole number"), *NUMBERS.items()]
+            return [*outside, ("2.5", "must be a whole number"), *NOT_NUMBERS.items()]
         case Real():
             return [
                 ("nan", f"{setting.key} = nan"),
                 ("1e10", f"{setting.key} = 1"),
-                *NUMBERS.items(),
+                *NOT_NUMBERS.items(),
             ]
         case Truth() | Text():
             return []
         case Checked(listed=True):
-            lists = [(value, words) for value, words in tried(setting) if isinstance(value, list)]
+            wrong = wrong_values(setting)
+            lists = [(value, words) for value, words in wrong if isinstance(value, list)]
             return [
                 (",".join(v), words) for v, words in lists if all(isinstance(w, str) for w in v)
             ]
-    return [(v, words) for v, words in tried(setting) if isinstance(v, str) and not v[0].isdigit()]
+    wrong = wrong_values(setting)
+    return [(v, words) for v, words in wrong if isinstance(v, str) and not v[0].isdigit()]
 
 
 @every_kind
@@ -252,7 +254,9 @@ def test_an_option_is_refused_in_its_own_words(kind, here, answer, refusal):
     has_more = "--help-all" in answer(command, "--help")
     listed = answer(command, "--help-all" if has_more else "--help")
     for setting in KINDS[kind].settings:
-        for text, words in texts(setting) if setting.has_option and setting.flag in listed else ():
+        if not (setting.has_option and setting.flag in listed):
+            continue
+        for text, words in wrong_texts(setting):
             err = refusal(command, *usual, f"{setting.flag}={text}")
             assert words in err
             in_a_table = "command line: " in err and f"[{setting.table}]: " in err
@@ -389,7 +393,7 @@ def test_all_files_serve_all_commands(command, path, capsys, here):
     status = main([command, str(path), "--dry-run"])
     err = capsys.readouterr().err
     assert "unknown key" not in err
-    # response curves has a system in each curve, and some systems have no damper to tune
+    # the file of response curves names a system in each curve; some systems have no damper to tune
     assert status == 0 or any(words in err for words in ("system", "damper", "nothing is free"))
 
 

@@ -1,4 +1,4 @@
-"""What is known of the SSbl damper and of the published comparison of dampers."""
+"""The SSbl damper against a reference, and the published comparison of dampers."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_the_named_system_follows_the_reference(options, bound):
 
 
 def test_exact_flight_converges_geometrically_between_two_walls():
-    """(The order of the fixed steps there is in `test_order.py`.)"""
+    """Each further node divides the error by at least 4.5 (fixed steps: `test_order.py`)."""
     nodes = np.arange(5, 13)
     system = system_of("ssbl", REFERENCE.numbers)
     sections = [simulate(system, 10, nodes=int(n)).section for n in nodes]
@@ -52,7 +52,7 @@ def test_exact_flight_converges_geometrically_between_two_walls():
     ("boundary", "bracket", "inward"), [(5.2658, (5.0, 5.6), 1), (7.0981, (6.8, 7.3), -1)]
 )
 def test_where_the_impact_free_orbit_is_admissible(boundary, bracket, inward):
-    """It is while the amplitude of x2 - x1 is below the smaller of C and D (linear algebra)."""
+    """The amplitude of x2 - x1, from linear algebra, must be below the smaller of C and D."""
     gap = min(SSBL["C"], SSBL["D"])
     exact = brentq(lambda omega: shortening({**SSBL, "omega": omega}) - gap, *bracket)
     assert round(exact, 4) == boundary

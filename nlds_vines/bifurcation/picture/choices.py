@@ -55,7 +55,7 @@ class Quantity:
         return f"{meaning}, {signal_symbol(self.name.partition(':')[2])}{unit}"
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
-        """Return its values (..., starts, many), NaN for the fill value; `at` fixes axes."""
+        """Return its values (..., starts, values per orbit), NaN if missing; `at` fixes axes."""
         places = {**self.index, **(at or {})}
         array = view.take(self.dataset, **places)
         dims = [dim for dim in view.dims(self.dataset) if dim not in places]
@@ -243,7 +243,7 @@ def sample_panels(
 
 
 def usual_sample_panels(panels: Mapping[str, str]) -> list[str]:
-    """Return the panels of samples that are drawn by default: those of the first quantity."""
+    """Return the default panels of samples: those of the first quantity, and the regimes."""
     first = next(iter(panels), "")
     chosen = [name for name in panels if name == first or name.startswith(f"{first}:")]
     return chosen[:_USUAL_PANELS] + [REGIMES] * (REGIMES in panels and first != REGIMES)

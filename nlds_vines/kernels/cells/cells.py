@@ -1,4 +1,4 @@
-"""One cell of a map from its parameters to its outputs: its parts, its orbit, its section map.
+"""Compute one cell of a map: prepare its grid and walls, follow its orbit, set up its section map.
 
 Also orbits that begin at any phase of the forcing (`enter`). Cells of a grid are intervals of a
 flight.

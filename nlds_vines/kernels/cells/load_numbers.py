@@ -44,12 +44,13 @@ from .load_orbit import (
 # a cell and a bound of the fourth derivative bound E1 over the cell by a cubic (`roots.highest`).
 # Where E1 may exceed the level, the cell's own Taylor polynomial is sampled at the edges of
 # SUBCELLS equal parts; a shorter excursion between two of them is not seen. A cell that a contact
-# meets is flown again in SUBCELLS cells, unless the bound of its energy is at most the level.
+# meets is flown again in SUBCELLS cells, unless the contact begins in it and the bound of its
+# energy is at most the level. A place of a cell runs from 0 to 1.
 
 
 SUBCELLS = 64  # equal parts of a cell, or of an interval of one, that are compared
 LOOKS = 3  # times that a cell with a contact is divided
-MOST_LOOKS = 7  # the same at a touch, where E1 may jump: 64^-7 of a cell is round-off
+MOST_LOOKS = 7  # the same at a touch, where E1 may jump: it is then known to 64^-7 of a cell
 UNREAD_ROOM = 1  # room for the impacts of a cell that is flown again; they are not read
 SAME_PLACE = 1.0e-12  # of a cell: places nearer than this count as one
 NO_PLACE = -1.0  # E1 exceeds the level nowhere in a cell
@@ -443,7 +444,7 @@ def copy(row, into):
 
 @jit(entry=True)
 def fill_rates(parts, cells, rates):
-    """Fill bounds (orbits,) [1/s] on the rates of the linear motion of cells."""
+    """Fill bounds (orbits,) [1/s] on the rates of the linear motion of each orbit's system."""
     for i in range(len(cells)):
         ps, damper = structure_moved(parts, None, cells[i]), damper_of(parts.damper, cells[i])
         rates[i] = rate_of(ps, joined(damper))

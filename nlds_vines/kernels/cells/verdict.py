@@ -1,10 +1,11 @@
 """The verdict on an orbit with its evidence: periodic, quasi-periodic, chaotic or undetermined.
 
 An orbit is periodic if shooting closes a stable orbit of minimal period to round-off and the orbit
-approaches it as the monodromy matrix predicts. It is chaotic if the 99 % interval of its largest
-Lyapunov exponent lies above zero. It is quasi-periodic if that exponent is zero, time averages
-converge as only those of a smooth torus do, the motion is steady and has forgotten its start, and
-no periodic orbit lies beside it. Everything else is undetermined.
+approaches it as the monodromy matrix predicts; transient chaos preceded it if its long transient
+has a positive exponent. An orbit is chaotic if the 99 % interval of its largest Lyapunov exponent
+lies above zero and time averages do not converge as on a torus. It is quasi-periodic if that
+exponent is zero, time averages converge as only those of a smooth torus do, the motion is steady
+and has forgotten its start, and no periodic orbit lies beside it. Everything else is undetermined.
 
 A verdict is reached in stages of further periods. A periodic orbit ends the search; chaos and a
 torus may be transient, so they are followed through all stages. More effort can only find more.
@@ -265,7 +266,7 @@ def cycle_through(space, y, tangent, points):
 
 @jit
 def returns_as_predicted(space, cycle, now, far, then, far_then):
-    """Return True if a state `then` is where the state `now`, n periods before, should return to.
+    """Return True if `then`, n periods after `now`, is where the monodromy matrix predicts.
 
     The monodromy matrix maps the deviation of `now` from the cycle's point to that of `then`. far,
     far_then: the energy norms of both deviations. Two that are not resolvable count as predicted.
@@ -427,14 +428,14 @@ def near_returns(space, course, chaotic):
 
 @jit
 def leads_away(flow, course, n, apart):
-    """Return True if Newton's method of `try_period` surely ends with a first step beyond `apart`.
+    """Return True if the first Newton step of `try_period` is expected to exceed the longest one.
 
     This is read from the last n periods instead of the next n: their monodromy matrix is the
     product of the course's maps, before which 1 to `together` periods are flown (more if the maps
-    end). Over the distance between the last section and that n periods before, which is less than
-    `apart`, the return map is nearly linear. Then both lead to the same periodic orbit, and the two
-    steps differ by at most that distance; a step ASTRAY_BY times too long leads nowhere from
-    either.
+    end). The last section and that n periods before are less than `apart` from each other. Over
+    this distance the return map is nearly linear, so Newton steps from the two sections differ by
+    at most that distance. `try_period` starts at a section between them; a step ASTRAY_BY times too
+    long is taken to fail from there, too.
     """
     if len(course.maps) == 0:
         return False

@@ -422,11 +422,11 @@ def noted(side, watch, step, elapsed, depth):
 
 @jit
 def contact(side, watch, phase, now, stop):
-    """Follow a contact from `now` = (q = sqrt(z), s, x1, v1) to its release or for `stop` [s].
+    """Follow a contact from `now` = (q, s, x1, v1) to its release or for `stop` [s].
 
-    phase: the instant of the start (`drive`). Returns (event, q, s, x1, v1, elapsed [s], depth [m])
-    with event RELEASED, STOPPED or EXHAUSTED (too many steps); the depth is the greatest only if
-    the `Watch` has impacts.
+    z = q^p is the depth, p = `wall.root` (2 for Hertz). phase: the instant of the start (`drive`).
+    Returns (event, q, s, x1, v1, elapsed [s], depth [m]) with event RELEASED, STOPPED or EXHAUSTED
+    (too many steps); the depth is the greatest only if the `Watch` has impacts.
     """
     ps, wall, k, tangent, steps = side.ps, side.wall, side.k, watch.tangent, side.steps
     k[OLD], k[OLD + 1], k[OLD + 2], k[OLD + 3] = now

@@ -178,7 +178,10 @@ def damped(wall, s):
 
 @jit
 def switching(wall, z, s):
-    """Return 1 + a s of a pushing `wall`, also while it has let go; negative: it does not push."""
+    """Return 1 + a s, which is positive while the wall pushes.
+
+    wall: the side's own, not that of `acting`, for which this is 0 once it has let go.
+    """
     return damped(wall, s)
 
 

@@ -128,6 +128,9 @@ def add_state(row, dt, y, a1, drive, phase):
 
 @jit
 def add_from_foot(row, dt, relative, rate):
-    """Add dt (x1 - y)^2 and dt times its rate squared to Y2 and U2; relative: x1 - y."""
+    """Add dt (x1 - y)^2 to Y2 and dt (x1' - y')^2 to U2.
+
+    relative: x1 - y; rate: its time derivative; dt: a weight of the quadrature [s].
+    """
     row[Y2] += dt * relative * relative
     row[U2] += dt * rate * rate

@@ -125,7 +125,8 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
         if not one.failure:
             is_resolved = one.error > truth.uncertainty
             error = f"{one.error:.1e}" if is_resolved else f"< {truth.uncertainty:.0e}"
-            numbers = error, f"{1e6 * one.seconds:.3g} us"
+            time = 1e6 * one.seconds
+            numbers = error, f"{time:.3g} us" if time < 1000.0 else f"{time:.0f} us"
         rows.append((one.method, setting, *numbers))
     yield from table(head, rows, (2, 3))
     yield ""

@@ -176,8 +176,9 @@ def too_stiff(motion, period):
 def watch_push(stiffness, drag, gap, sign, w, watched):
     """Fill the places of r in `watched` with the Taylor coefficients of minus the push.
 
-    The push is stiffness (sign r - gap) + drag sign s. With -gap and -sign, they are those of plus
-    the push.
+    The push is stiffness (sign r - gap) + drag sign s; with stiffness 1 and drag 0 it is the depth.
+    The first rise of minus the push through zero ends it. With -gap and -sign, the coefficients are
+    those of plus the push.
     """
     for k in range(ORDER + 1):
         i = COEF + 4 * k + 2

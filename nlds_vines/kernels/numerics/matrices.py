@@ -50,7 +50,8 @@ def scaled(matrix):
 def balance(a):
     """Multiply column i by a power of two and divide row i by it, until both have similar norms.
 
-    This is done for all i, in place; the eigenvalues stay.
+    A norm is the sum of moduli off the diagonal. The sweeps over all i end when none lowers one by
+    5 %. Works in place; the eigenvalues stay, without round-off.
     """
     n, settled = len(a), False
     while not settled:

@@ -17,6 +17,7 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.classification import classify
+from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 from nlds_vines.orbits.solver_settings import chosen_settings
 
@@ -74,7 +75,8 @@ def methods(system: System, peers: bool = True) -> Methods:
 def _ours(system: System, method: str, name: str) -> Follow:
     def follow(setting: float, periods: int, repeats: int = 1) -> np.ndarray:
         settings = chosen_settings(method, {name: float(setting)})
-        kernels = Kernels(Wanted(system.scene, SECTION, method, "standard", settings))
+        wanted = Wanted(system.scene, SECTION, method, "standard", settings)
+        kernels = Kernels(wanted, notice(), helped=False)
         cells, at_rest = np.full((repeats, 1), system.cells()), np.zeros((repeats, 4))
         sections, status = kernels.states(cells, at_rest, Span(0, periods, 1))
         if status[0, 0] != OK:

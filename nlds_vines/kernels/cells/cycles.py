@@ -62,6 +62,16 @@ class Extremes(NamedTuple):
     touches: Any  # (orbits, room, 4) the columns WALL to SPEED of the first impacts
 
 
+@jit
+def set_shrinking(scratch, value):
+    """Set the logarithm by which contacts have shrunk volumes; return it as it was before."""
+    if scratch is None:  # decided by its type: without walls there is no such number
+        return 0.0
+    before = scratch[SHRUNK]
+    scratch[SHRUNK] = value
+    return before
+
+
 @jit(entry=True)
 def trace(parts, cell, changes, phase, y, traced):
     """Follow an orbit from y (4,) for as many periods as `Traced` has points; return a status.
@@ -74,9 +84,7 @@ def trace(parts, cell, changes, phase, y, traced):
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
-    k, volume = flow.prepared.scratch, 0.0  # volume: the logarithm by which contacts shrink it
-    if k is not None:
-        k[SHRUNK] = 0.0
+    set_shrinking(flow.prepared.scratch, 0.0)
     status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
     if status != OK:
         return status
@@ -86,9 +94,7 @@ def trace(parts, cell, changes, phase, y, traced):
     if span > 0.0:
         numbers[DEFECT] /= span
     numbers[MISS], numbers[GENTLEST] = clearance, slowest
-    if k is not None:
-        volume = k[SHRUNK]
-        k[SHRUNK] = 0.0
+    volume = set_shrinking(flow.prepared.scratch, 0.0)
     numbers[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
     monodromy = matrix_of(tangent, size)
     for i in range(size):

@@ -40,6 +40,7 @@ from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 
 PERIODS = 20
+LONGEST, OFF = 64, 1e-9  # periods of a timed orbit, and how far off it begins, relative
 SHORTEST = 0.05  # [s] of a run that is timed
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 FINEST: dict[str, Any] = {"nodes": 24, "contact_steps": 160.0}
@@ -170,8 +171,8 @@ class Equation:
 def ours(method: str, system: System, start: np.ndarray) -> Follow:
     """Prepare a method of this package.
 
-    More than `PERIODS` are computed as several orbits of `PERIODS`: in a longer one the periods of
-    a settled motion would repeat to the bit and be copied.
+    Orbits that are timed begin `OFF` the given start and last `LONGEST` periods: the periods of a
+    settled motion would repeat to the bit and be copied.
     """
     name = "tolerance" if method == "exact" else "period_steps"
     first = start_state(system, system.cell.rest, start)[:4]
@@ -179,9 +180,9 @@ def ours(method: str, system: System, start: np.ndarray) -> Follow:
     def follow(setting: float, periods: int) -> np.ndarray:
         settings = chosen_settings(method, {name: setting})
         kernels = Kernels(Wanted(system.scene, ("section",), method, "standard", settings))
-        orbits = max(1, periods // PERIODS)
-        cells, starts = np.full((orbits, 1), system.cells()), np.tile(first, (orbits, 1))
-        sections, status = kernels.states(cells, starts, Span(0, min(periods, PERIODS), 1))
+        orbits, begin = max(1, periods // LONGEST), (1.0 + OFF * (periods > PERIODS)) * first
+        cells, starts = np.full((orbits, 1), system.cells()), np.tile(begin, (orbits, 1))
+        sections, status = kernels.states(cells, starts, Span(0, min(periods, LONGEST), 1))
         if status[0, 0] != OK:
             raise ArithmeticError(f"status {status[0, 0]}")
         return np.asarray(sections[0, 0, -1])

@@ -245,7 +245,7 @@ class Blocks:
     ) -> Write:
         """Return the function that writes an archive from arrays, of which empty ones are left out.
 
-        Parameters in `free` have no value of their own in it; `about` replaces `spent`.
+        The archive states no value for parameters in `free`; entries of `about` override `spent`.
         """
         request = self.request
         filled = [(entry, values) for entry, values in contents if values.size]

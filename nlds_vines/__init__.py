@@ -38,9 +38,9 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
-        from nlds_vines.runs.executors import check_environment
+        from nlds_vines.runs.executors import most_threads
 
-        check_environment()
+        most_threads()
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value

@@ -40,53 +40,50 @@ UPKEEP = {
 COMMANDS = USUAL | UPKEEP
 """All sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 
+_HELP = """\
+usage: nlds-vines COMMAND ... | --help | --version
+
+Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.
+
+commands (each has its own --help with examples):
+{tasks}
+
+archives, and the program itself:
+{upkeep}
+
+example:
+  nlds-vines bifurcation --dry-run
+"""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command that the first of the arguments names; returns its exit status."""
+    """Run the command that the first of the arguments names; return its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = exit_status_of("", lambda: _run(arguments))
+
+    def work() -> int:  # what a command needs is loaded here
+        name = arguments[0] if arguments else "--help"
+        if name in COMMANDS:
+            module, _ = COMMANDS[name]
+            return import_module(module).main(arguments[1:])
+        if name in ("-h", "--help"):
+            tasks, upkeep = (
+                "\n".join(f"  {name:<17}{purpose}" for name, (_, purpose) in commands.items())
+                for commands in (USUAL, UPKEEP)
+            )
+            say(*_HELP.format(tasks=tasks, upkeep=upkeep).splitlines())
+            return DONE
+        if name == "--version":
+            from nlds_vines.archives.provenance import version
+
+            say(f"nlds-vines {version('nlds-vines')}")
+            return DONE
+        complain("", f"error: {unknown('command', name, COMMANDS)}")
+        return WRONG_REQUEST
+
+    status = exit_status_of("", work)
     if argv is None:  # this process is the command
         interrupts.exit_status = status
     return status
-
-
-def _run(arguments: Sequence[str]) -> int:
-    """Run the command that the first of the arguments names: what it needs is loaded here."""
-    name = arguments[0] if arguments else "--help"
-    if name in COMMANDS:
-        module, _ = COMMANDS[name]
-        return import_module(module).main(arguments[1:])
-    if name in ("-h", "--help"):
-        say(*_help())
-        return DONE
-    if name == "--version":
-        from nlds_vines.archives.provenance import version
-
-        say(f"nlds-vines {version('nlds-vines')}")
-        return DONE
-    complain("", f"error: {unknown('command', name, COMMANDS)}")
-    return WRONG_REQUEST
-
-
-def _help() -> list[str]:
-    tasks, upkeep = (
-        [f"  {name:<17}{purpose}" for name, (_, purpose) in commands.items()]
-        for commands in (USUAL, UPKEEP)
-    )
-    return [
-        "usage: nlds-vines COMMAND ... | --help | --version",
-        "",
-        "Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.",
-        "",
-        "commands (each has its own --help with examples):",
-        *tasks,
-        "",
-        "archives, and the program itself:",
-        *upkeep,
-        "",
-        "example:",
-        "  nlds-vines bifurcation --dry-run",
-    ]
 
 
 if __name__ == "__main__":

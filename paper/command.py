@@ -294,11 +294,10 @@ def _declare(parser: Parser) -> None:
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
-COMMAND = Command(
+main = Command(
     name=_NAME,
     description="Make every figure of the paper, and a report that checks its claims.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

@@ -256,7 +256,7 @@ def start_of(text: str) -> dict[str, Any]:
     return {"start": start}
 
 
-COMMAND = commands.of_task(
+main = commands.of_task(
     "bifurcation",
     load_scan,
     Job,
@@ -279,5 +279,4 @@ COMMAND = commands.of_task(
     description="Scan one parameter or two: an archive (HDF5) and a picture.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --record --resume",
-)
-main = COMMAND.main
+).main

@@ -134,7 +134,7 @@ class Job(commands.Job):
         ]
 
 
-COMMAND = commands.of_task(
+main = commands.of_task(
     _NAME,
     curves_from,
     Job,
@@ -157,5 +157,4 @@ COMMAND = commands.of_task(
     description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --show --log",
-)  # fmt: skip
-main = COMMAND.main
+).main  # fmt: skip

@@ -52,9 +52,8 @@ class Command:
     """One command of the console script.
 
     The `name` is a subcommand, or `python -m MODULE` for a program of its own.  `carry_out` does
-    what the options ask for and returns the exit status; `options.argv` is the list of the
-    arguments as they were given.  `common` are the options that --help lists, with blanks between;
-    by default all.
+    what the options ask for and returns the exit status.  `common` are the options that --help
+    lists, with blanks between; by default all.
     """
 
     name: str
@@ -90,7 +89,6 @@ class Command:
             options, rest = parser.parse_known_args(arguments)
             if rest:
                 parser.refuse(rest)
-            options.argv = arguments
             with warnings.catch_warnings():
                 is_quiet = getattr(options, "quiet", False)
                 warnings.simplefilter("ignore" if is_quiet else "always", LeftAside)

@@ -14,7 +14,7 @@ from nlds_vines.archives.files import open_regular, protection
 from nlds_vines.archives.provenance import Request
 from nlds_vines.cli.options import Parser
 from nlds_vines.errors import RequestError, refuse_bytes, shown, whole
-from nlds_vines.runs.executors import MOST_THREADS, Shard, check_environment
+from nlds_vines.runs.executors import MOST_THREADS, Shard, most_threads
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -76,7 +76,7 @@ class RunOptions:
             if not (address and 1 <= int(address[2]) <= 65535):
                 allowed = "local:N or an address such as tcp://node7:8786"
                 raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
-        check_environment()
+        most_threads()
 
 
 def add_run_options(parser: Parser, threads: bool = True, cluster: bool = False) -> None:

@@ -300,7 +300,7 @@ def _interval(option: str, text: str) -> dict[str, float]:
 
 
 _INTERVAL = "NAME=START:STOP"
-COMMAND = commands.of_task(
+main = commands.of_task(
     _NAME,
     _load,
     Job,
@@ -332,5 +332,4 @@ COMMAND = commands.of_task(
     description="Follow periodic orbits, stable or not, and their bifurcations along a parameter.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --along --from --over --doublings",
-)
-main = COMMAND.main
+).main

@@ -151,11 +151,10 @@ def _declare(parser: Parser) -> None:
     add("--dry-run", action="store_true", help="only say what would be shown")
 
 
-COMMAND = Command(
+main = Command(
     name="explore",
     description="Click a map and see its orbit: a local page in the browser.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

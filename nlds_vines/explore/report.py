@@ -71,11 +71,10 @@ def _declare(parser: Parser) -> None:
     add("--quiet", action="store_true", help="say nothing")
 
 
-COMMAND = Command(
+main = Command(
     name="report",
     description="A map as one page: hover, click and keys show what is stored of every cell.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

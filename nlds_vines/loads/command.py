@@ -189,12 +189,11 @@ SYSTEMS = Option(
     "--system", "NAME", "a damper: of the catalog, or a TOML file; once for each", _systems, True
 )
 SOURCE = "a request file, or a damper [the paper's structure alone and with its dampers]"
-COMMAND = commands.of_task(
+main = commands.of_task(
     _NAME, load_response_history, Job, ("HISTORY.toml", SOURCE),
     (SYSTEMS, SET, VARY, SAMPLES, LOAD), (Loading, HistoryRequest),
     add_run=partial(add_run_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --load --impulse --duration",
-)  # fmt: skip
-main = COMMAND.main
+).main  # fmt: skip

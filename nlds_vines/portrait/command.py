@@ -41,7 +41,7 @@ from nlds_vines.portrait.request import (
     portrait_of,
     span,
 )
-from nlds_vines.runs.executors import check_environment
+from nlds_vines.runs.executors import most_threads
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -273,7 +273,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
     """
     values = changes.pop("at", None)
     if _is_archive(source):
-        check_environment()
+        most_threads()
         from nlds_vines.bifurcation.result import cell_orbit
 
         cell = cell_orbit(str(source), values or {}, changes.pop("start", "0"))
@@ -293,7 +293,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
     return load_portrait(source, changes, changes_from)
 
 
-COMMAND = commands.of_task(
+main = commands.of_task(
     _NAME,
     _load,
     Job,
@@ -317,5 +317,4 @@ COMMAND = commands.of_task(
     description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --start --windows --panels --at",
-)  # fmt: skip
-main = COMMAND.main
+).main  # fmt: skip

@@ -41,23 +41,6 @@ Result = TypeVar("Result")
 _used: int | None = None  # as `use_threads` was asked; None for all
 
 
-def check_environment(environment: Mapping[str, str] = os.environ) -> None:
-    """Raise `RequestError` for variables with which Numba could not even be loaded.
-
-    Numba itself is not loaded: it raises errors of many lines, or passes over what it cannot read.
-    """
-    number = environment.get("NUMBA_NUM_THREADS")
-    if number is not None and not 1 <= _whole(number) <= MOST_THREADS:
-        raise RequestError(
-            f"NUMBA_NUM_THREADS = {shown(number)} in the environment must be a whole number from 1 "
-            f"to {MOST_THREADS}"
-        )
-
-
-def _whole(text: str) -> int:
-    return int(text) if re.fullmatch(r"\s*[0-9]{1,9}\s*", text) else 0
-
-
 def use_threads(threads: int | None) -> int:
     """Let the kernels use so many threads, at most and by default one per processor."""
     global _used
@@ -71,11 +54,22 @@ def threads_in_use() -> int:
     return most_threads() if _used is None else _used
 
 
-def most_threads() -> int:
-    """Return how many may be used: NUMBA_NUM_THREADS, or the processors for this process."""
-    check_environment()
-    number = os.environ.get("NUMBA_NUM_THREADS")
-    return processors() if number is None else _whole(number)
+def most_threads(environment: Mapping[str, str] = os.environ) -> int:
+    """Return how many may be used: NUMBA_NUM_THREADS, or the processors for this process.
+
+    Raises `RequestError` for a number with which Numba could not even be loaded: Numba itself
+    raises errors of many lines, or passes over what it cannot read.
+    """
+    number = environment.get("NUMBA_NUM_THREADS")
+    if number is None:
+        return processors()
+    count = int(number) if re.fullmatch(r"\s*[0-9]{1,9}\s*", number) else 0
+    if not 1 <= count <= MOST_THREADS:
+        raise RequestError(
+            f"NUMBA_NUM_THREADS = {shown(number)} in the environment must be a whole number from 1 "
+            f"to {MOST_THREADS}"
+        )
+    return count
 
 
 def in_pieces(

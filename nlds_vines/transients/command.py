@@ -187,7 +187,7 @@ def _whole(flag: str, words: str, key: str) -> Option:
     return Option(flag, "N", words, lambda text: {"start": {key: from_text(int, flag, text)}})
 
 
-COMMAND = of_task(
+main = of_task(
     _NAME,
     _load,
     Job,
@@ -205,5 +205,4 @@ COMMAND = of_task(
     description="How long chaos lasts over an ensemble of starts, and where they end.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --starts --seed --transient --delay",
-)
-main = COMMAND.main
+).main

@@ -241,11 +241,10 @@ OPTIONS = (
 )  # fmt: skip
 
 
-COMMAND = commands.of_task(
+main = commands.of_task(
     _NAME, load_tuning, Job, ("TUNING.toml", "by default SSul"), OPTIONS,
     (Tuning, Loading, HistoryRequest, Search, Surface),
     description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --free --band --objective --seed",
-)  # fmt: skip
-main = COMMAND.main
+).main  # fmt: skip

@@ -57,11 +57,10 @@ def _declare(parser: Parser) -> None:
     add("--quiet", action="store_true", help="do not print the name of the written file")
 
 
-COMMAND = Command(
+main = Command(
     name="export",
     description="Write an archive as comma-separated values.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

@@ -186,11 +186,10 @@ def _declare(parser: Parser) -> None:
     add("--overwrite", action="store_true", help="replace a picture")
 
 
-COMMAND = Command(
+main = Command(
     name=_NAME,
     description="Draw a finished archive; nothing is computed.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

@@ -69,11 +69,10 @@ def _declare(parser: Parser) -> None:
     add_run_options(parser, cluster=True)
 
 
-COMMAND = Command(
+main = Command(
     name=_NAME,
     description="Repeat what an archive holds, and compare the results.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-)
-main = COMMAND.main
+).main

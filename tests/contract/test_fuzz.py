@@ -101,8 +101,7 @@ USUAL = {
 def line(rng):
     name = rng.choice(sorted(COMMANDS))
     words, parser = list(USUAL.get(name, ["--dry-run"])), Parser(prog=name)
-    if declared := getattr(import_module(COMMANDS[name][0]), "COMMAND", None):
-        declared.declare(parser)
+    import_module(COMMANDS[name][0]).main.__self__.declare(parser)
     actions = [each for each in parser._actions if "--help" not in each.option_strings]
     for action in rng.choices(actions, k=rng.randint(1, 3)) if actions else ():
         value = rng.choice(STRANGE)

@@ -11,10 +11,8 @@
     polish           gradients in a tuning under a load: docs/tuning.md
     explore          the wait from a click to the drawn orbit, in a browser
     boundary_values  special points of a branch, computed again by SciPy's `solve_bvp`
-    shooting         special points of a branch, computed again by shooting with SciPy
     mutants          changes of a source that the tests must notice
     house            sizes of the repository, beside the sizes that we aim at
-    pages            tables that a command writes into a page
 
 They work in a clone. The solvers of others are installed by `pip install '.[peers]'`; numbalsoda is
 built from its source, and needs cmake and gfortran.

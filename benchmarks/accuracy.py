@@ -16,8 +16,8 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import time
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,7 +28,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from benchmarks.pages import fill
+from benchmarks.speed import spent
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
 from nlds_vines.kernels.scene.codes import OK
@@ -445,12 +445,10 @@ def seconds_of(follow: Callable[[int], object]) -> float:
     periods = PERIODS
     while True:
         follow(periods)
-        began = time.process_time()
-        follow(periods)
-        spent = time.process_time() - began
-        if spent >= SHORTEST:
-            return spent / periods
-        periods *= 2 ** math.ceil(math.log2(1.2 * SHORTEST / max(spent, SHORTEST / 1000)))
+        seconds = spent(partial(follow, periods))
+        if seconds >= SHORTEST:
+            return seconds / periods
+        periods *= 2 ** math.ceil(math.log2(1.2 * SHORTEST / max(seconds, SHORTEST / 1000)))
 
 
 def cost(points: Sequence[Point], error: float) -> float:
@@ -508,17 +506,37 @@ def report(names: Sequence[str]) -> Iterator[str]:
     yield from table(("", *curves), ratios, right=range(1, len(curves) + 1))
 
 
+def parser_of(description: str | None) -> argparse.ArgumentParser:
+    """Return the parser of a command whose tables can be written into a page."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the tables into it")
+    return parser
+
+
+def publish(command: str, lines: Iterable[str], page: Path | None) -> None:
+    """Print lines; if a page is given, put them between `<!-- COMMAND -->` and `<!-- end -->`.
+
+    Raises `ValueError` unless the page has these marks once.
+    """
+    body = "".join(f"{line}\n" for line in lines)
+    print(body, end="")
+    if page is None:
+        return
+    begin, end = f"<!-- {command} -->\n", "<!-- end -->"
+    text = page.read_text(encoding="utf-8")
+    if text.count(begin) != 1:
+        raise ValueError(f"{page} must have the line {begin.strip()!r} once")
+    pattern = re.compile(re.escape(begin) + r".*?" + re.escape(end), re.DOTALL)
+    page.write_text(pattern.sub(lambda _: f"{begin}\n{body}\n{end}", text), encoding="utf-8")
+
+
 def main() -> None:
     """Measure, print, and write the tables into a page if asked to."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="of a case; all by default")
-    parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the tables into it")
     options = parser.parse_args()
-    lines = list(report(options.names))
-    print(*lines, sep="\n")
-    if options.page:
-        fill(options.page, "python -m benchmarks.accuracy", lines)
+    publish("python -m benchmarks.accuracy", report(options.names), options.page)
 
 
 if __name__ == "__main__":

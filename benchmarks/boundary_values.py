@@ -43,6 +43,7 @@ SOFT = load_system("ssul-set6", K=2.0e4, c2=5.0)
 
 BETWEEN = (4.0, 9.0)  # rad/s
 OFF_VALUE, OFF_STATE, OFF_ANGLE = 1.0e-3, 1.0e-2, 1.0e-2  # of the first guess, relative
+BESIDE = 1.0e-7  # how far beside a doubling orbits are shot, relative to omega
 TOLERANCE = 1.0e-9  # of the residual, relative to 1 + |y'|, root mean square in each interval
 MOST_NODES, NODES = 200_000, 201
 SIDE = 1.0e-7  # m: how far a contact may be on the wrong side of its touch by round-off
@@ -279,6 +280,51 @@ def check_sides(motion: Motion, y: np.ndarray) -> None:
     contact, flight = np.split(y, 2)
     if np.min(motion.depth(contact)) < -SIDE or np.max(motion.depth(flight)) > SIDE:
         raise ArithmeticError("the orbit has another number of contacts")
+
+
+# ---- period doublings a third time, by shooting ----
+
+
+def shot(motion: Motion, state: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return state (4,) and monodromy matrix (4, 4) after a period, by SciPy's DOP853.
+
+    The period is integrated from touch to release to touch, so that every piece is smooth.
+    """
+    s, y = 0.0, np.concatenate((state, np.eye(4).ravel()))
+    closed = bool(motion.depth(state) > 0.0)
+    while s < 1.0:
+        event = crossing(motion, -1.0 if closed else 1.0, ends=True)
+
+        def rate(s: float, y: np.ndarray, closed: bool = closed) -> np.ndarray:
+            columns, here = y[4:].reshape(4, 4), y[:4, np.newaxis]
+            vectors = motion.vector_rate(here, columns, omega, closed).ravel()
+            return np.concatenate((motion.rate(np.asarray(s), y[:4], omega, closed), vectors))
+
+        run = solve_ivp(rate, (s, 1.0), y, "DOP853", events=event, rtol=1e-12, atol=1e-14)
+        s, y = float(run.t[-1]), run.y[:, -1]
+        closed = closed != bool(run.t_events[0].size)
+    return y[:4], y[4:].reshape(4, 4)
+
+
+def doubling_by_shooting(motion: Motion, omega: float, state: np.ndarray) -> float:
+    """Return omega [rad/s] of a period doubling near a given one.
+
+    On both sides of it Newton's method closes the orbit.  A straight line through det(M + 1)
+    there tells where it vanishes.
+    """
+    places = omega * (1.0 + np.array([-BESIDE, BESIDE]))
+    tests = []
+    for place in places:
+        for _ in range(8):
+            end, matrix = shot(motion, state, place)
+            change = np.linalg.solve(matrix - np.eye(4), state - end)
+            state = state + change
+            if np.abs(change).max() <= 1e-10 * np.abs(state).max():
+                break
+        else:
+            raise ArithmeticError(f"no orbit is closed near {place!r} rad/s")
+        tests.append(np.linalg.det(shot(motion, state, place)[1] + np.eye(4)))
+    return float(places[0] - tests[0] / np.diff(tests)[0] * np.diff(places)[0])
 
 
 # ---- the table ----

@@ -10,19 +10,16 @@ relative to the size of the motion. NaN passes no bound.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import beta
 
 from benchmarks.accuracy import grazing as clear_by
-from benchmarks.accuracy import linear_sections, rest_state, scipy_orbit
-from benchmarks.pages import fill
+from benchmarks.accuracy import linear_sections, parser_of, publish, rest_state, scipy_orbit
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
 from nlds_vines.model.linear_response import response, steady_state
@@ -278,14 +275,8 @@ def report() -> Iterator[str]:
 
 def main() -> int:
     """Measure, print, and write the table into a page if asked to; 1 if a bound is exceeded."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--page", type=Path, metavar="FILE.md", help="write the table into it")
-    options = parser.parse_args()
-    lines = list(report())
-    print(*lines, sep="\n")
-    if options.page:
-        fill(options.page, "python -m benchmarks.extremes", lines)
+    options, lines = parser_of(__doc__).parse_args(), list(report())
+    publish("python -m benchmarks.extremes", lines, options.page)
     return int(any(line.endswith("| broken |") for line in lines))
 
 

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from nlds_vines.kernels.cells.load_orbit import fly_under
+from benchmarks.python import in_kernels
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
@@ -24,38 +24,19 @@ from tests import flights
 
 PERIODS, REPEATS, SOLVED = 100, 41, 40
 SHIFT = 0.618033988749895  # of a cell, by which edges move on in a period: no record fits it
+KERNELS = ((simulation, "run_cell"), (flights, "fly_under"))
 RECORDS = (["energy"], ["energy", "states"], ["energy", "response"])
 
 
-class Clock:
-    """The processor's time that kernels have taken, without what Python does around them."""
-
-    def __init__(self) -> None:
-        """Take the place of the two kernels that are called from Python."""
-        self.spent = 0.0
-        simulation.run_cell = self.timed(simulation.run_cell)
-        flights.fly_under = self.timed(fly_under)
-
-    def timed(self, kernel: Callable[..., int]) -> Callable[..., int]:
-        """Return a kernel whose time is noted."""
-
-        def run(*arguments: object) -> int:
-            began = time.process_time()
-            code = kernel(*arguments)
-            self.spent += time.process_time() - began
-            return code
-
-        return run
-
-    def of(self, job: Callable[[], object]) -> float:
-        """Return the time [s] of the kernels of a job, the median of some."""
-        job()
-        times = []
-        for _ in range(REPEATS):
-            self.spent = 0.0
+def seconds_in_kernels(job: Callable[[], object]) -> float:
+    """Return the CPU time [s] of the kernels of a job, median of `REPEATS` runs once compiled."""
+    job()
+    runs = []
+    for _ in range(REPEATS):
+        with in_kernels(KERNELS) as times:
             job()
-            times.append(self.spent)
-        return statistics.median(times)
+        runs.append(sum(times))
+    return statistics.median(runs)
 
 
 def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
@@ -90,14 +71,14 @@ def load_of(edges: np.ndarray, rows: np.ndarray, degree: int) -> SimpleNamespace
 
 def main(name: str = "tmd") -> None:
     """Print the time of a cell, and its ratio to that under the harmonic force."""
-    system, clock = load_system(name, omega=5.0), Clock()
+    system = load_system(name, omega=5.0)
     per_period, edges, rows = cells(system)
     count, walls = PERIODS * per_period, bool(system.scene.walls)
     print(f"{system.name}: {len(rows)} cells; CPU time of a cell [ns], ratio to the harmonic force")
     for record in RECORDS:
         recorded = [{"states": "trajectory"}.get(word, word) for word in record]
         recorded += ["impacts"] * walls
-        harmonic = clock.of(
+        harmonic = seconds_in_kernels(
             lambda recorded=recorded: simulation.simulate(  # type: ignore[misc]
                 system, PERIODS, record=recorded, samples=per_period, quiet=True
             )
@@ -105,7 +86,7 @@ def main(name: str = "tmd") -> None:
         columns = [f"{', '.join(record):18s} harmonic {harmonic / count * 1e9:6.1f}"]
         for degree in (1, 3, 14):
             load = load_of(edges, rows, degree)
-            seconds = clock.of(
+            seconds = seconds_in_kernels(
                 lambda load=load, record=record: flights.fly(  # type: ignore[misc]
                     system, load, record=[*record, *["impacts"] * walls]
                 )

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
@@ -21,7 +20,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from benchmarks.accuracy import SOLVERS
-from benchmarks.load_costs import Clock
+from benchmarks.load_costs import seconds_in_kernels
+from benchmarks.speed import spent
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from tests.flights import fly, longest_cell
@@ -29,14 +29,6 @@ from tests.flights import fly, longest_cell
 PERIODS, SPEED, FINEST = 20, 1.0, 1e-12
 RIVALS = ("SciPy DOP853, events", "SciPy Radau", "heyoka Taylor, events")
 SETTINGS = (1e-6, 1e-8, 1e-10)
-
-
-def timed(job: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
-    """Return the state that a job computes, and the processor's time [s] of its second run."""
-    job()
-    began = time.process_time()
-    state = job()
-    return state, time.process_time() - began
 
 
 def last_state(system: System, tolerance: float) -> np.ndarray:
@@ -62,7 +54,7 @@ def main(name: str = "ssul-set6") -> None:
 
     def tell(who: str, setting: float, job: Callable[[], np.ndarray]) -> None:
         try:
-            state, seconds = timed(job)
+            state, seconds = job(), spent(job)  # compiled by then
         except ArithmeticError as failure:
             print(f"{who:24s} {setting:7.0e}  failed: {failure}")
             return
@@ -72,9 +64,8 @@ def main(name: str = "ssul-set6") -> None:
     print(f"{system.name}: {PERIODS} natural periods after v1 = {SPEED:g} m/s")
     for tolerance in SETTINGS:
         tell("this package", tolerance, partial(last_state, system, tolerance))
-    clock = Clock()
     for tolerance in SETTINGS:
-        seconds = clock.of(partial(last_state, system, tolerance))
+        seconds = seconds_in_kernels(partial(last_state, system, tolerance))
         print(f"{'its kernel alone':24s} {tolerance:7.0e}  {1e3 * seconds:10.3f} ms")
     for solver in (one for one in SOLVERS if one.name in RIVALS):
         if find_spec(solver.package) is None:

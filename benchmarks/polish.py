@@ -9,13 +9,12 @@ differences.  Jumps of the objective are counted along k2 through the best desig
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.speed import spent
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.design_space import values_of
 from nlds_vines.tuning.objective import Objective, at_rest
@@ -42,7 +41,6 @@ class Designs:
     """The objective of a tuning, which notes the designs that it was asked for."""
 
     def __init__(self, tuning: Tuning) -> None:
-        """Begin with none."""
         self._tuning, self._objective = tuning, Objective(tuning)
         self.points = np.empty((0, len(tuning.free)))
         self.values = np.empty(0)
@@ -96,13 +94,6 @@ def jumps(designs: Designs, best: np.ndarray) -> float:
     return np.count_nonzero(np.abs(above - below) > 1e-5 * values.min()) / (line[-1] - line[0])
 
 
-def timed(job: Callable[[], object]) -> float:
-    """Return the processor's time [s] of a job."""
-    began = time.process_time()
-    job()
-    return time.process_time() - began
-
-
 def row(system: str, load: str, name: str) -> str:
     """Return a line of the table."""
     tuning = load_tuning(
@@ -112,10 +103,10 @@ def row(system: str, load: str, name: str) -> str:
     )  # fmt: skip
     search, designs = tuning.search, Designs(tuning)
     designs(np.full((1, len(tuning.free)), 0.5))  # compiles
-    spent = timed(lambda: search_globally(designs, len(tuning.free), search, search.seed))
+    seconds = spent(lambda: search_globally(designs, len(tuning.free), search, search.seed))
     best = distinct(designs.points, designs.values, PROMISING, search.apart, search.optima)
     least = designs.values[best[0]]
-    columns, ends = [f"{designs.values.size - 1} | {spent:.1f} s"], [least]
+    columns, ends = [f"{designs.values.size - 1} | {seconds:.1f} s"], [least]
     for method in (polish, by_gradients):
         counted = Designs(tuning)
 
@@ -123,8 +114,8 @@ def row(system: str, load: str, name: str) -> str:
             for start in designs.points[best]:
                 method(counted, start, search.polish)
 
-        spent = timed(all_of_them)
-        columns.append(f"{counted.values.size} | {spent:.1f} s")
+        seconds = spent(all_of_them)
+        columns.append(f"{counted.values.size} | {seconds:.1f} s")
         ends.append(min(least, counted.values.min()))
     excess = " | ".join(f"{(end - min(ends)) / min(ends):.0e}" for end in ends)
     steps = jumps(designs, designs.points[best[0]])

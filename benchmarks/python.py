@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 import nlds_vines as nv
+from benchmarks.speed import spent
 from nlds_vines.cli.terminal import table
 from nlds_vines.kernels.cells import lanes
 from nlds_vines.orbits import load_flight, simulation
@@ -39,7 +40,7 @@ SECONDS = 4.0  # of CPU time for one piece of work, unless one call takes longer
 
 
 @contextmanager
-def in_kernels() -> Iterator[list[float]]:
+def in_kernels(kernels: Iterable[tuple[Any, str]] = KERNELS) -> Iterator[list[float]]:
     """Collect the CPU times of the calls of kernels within the block."""
     times: list[float] = []
 
@@ -52,7 +53,7 @@ def in_kernels() -> Iterator[list[float]]:
 
         return call
 
-    before = [(module, name, getattr(module, name)) for module, name in KERNELS]
+    before = [(module, name, getattr(module, name)) for module, name in kernels]
     for module, name, kernel in before:
         setattr(module, name, timed(kernel))
     try:
@@ -106,14 +107,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, work in works(Path(folder)).items():
             work()  # compiles
-            spent, kernels = list[float](), list[float]()
-            while sum(spent) < SECONDS and len(spent) < 1000:
+            wholes, kernels = list[float](), list[float]()
+            while sum(wholes) < SECONDS and len(wholes) < 1000:
                 with in_kernels() as times:
-                    began = time.process_time()
-                    work()
-                    spent.append(time.process_time() - began)
+                    wholes.append(spent(work))
                 kernels.append(sum(times))
-            whole, inside = 1e3 * median(spent), 1e3 * median(kernels)
+            whole, inside = 1e3 * median(wholes), 1e3 * median(kernels)
             rows.append(
                 [name, f"{whole:.4g}", f"{inside:.4g}", f"{whole / inside:.3g}" if inside else ""]
             )

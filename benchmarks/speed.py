@@ -96,21 +96,16 @@ class Checkout:
     """A checkout whose package does the work in a process of its own, when it is asked to."""
 
     def __init__(self, folder: Path) -> None:
-        """Start the process."""
         self._process = subprocess.Popen(
-            [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
+            [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"], text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": str(folder.resolve())},
-        )
+        )  # fmt: skip
 
     def __enter__(self) -> Self:
-        """Return it; its process ends with the block."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the process."""
         self._process.kill()
         self._process.communicate()
 

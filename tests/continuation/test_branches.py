@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.boundary_values import Motion
-from benchmarks.shooting import Orbit, again
+from benchmarks.boundary_values import Motion, doubling_by_shooting
 from nlds_vines import classify, continue_branch, load_system, simulate
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.model.system import System
@@ -74,7 +73,7 @@ def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(se
     ][0]
     motion = Motion.of(load_system("ssul-set6"))
     for value in (row.value, row.value + 1e-6):
-        located = again(motion, Orbit("PD", 1, value, row.state))
+        located = doubling_by_shooting(motion, value, row.state)
         assert located == pytest.approx(row.value, rel=1e-10)
 
 

@@ -362,11 +362,5 @@ def page() -> Iterator[str]:
     yield f"The whole branch with all its points took {seconds:.2f} s of CPU time here, compiled."
 
 
-def main() -> None:
-    """Measure, and print the table."""
-    for line in page():
-        print(line)
-
-
 if __name__ == "__main__":
-    main()
+    print("\n".join(page()))

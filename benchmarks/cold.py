@@ -73,10 +73,7 @@ def cost(*arguments: str, package: Path | None = None) -> Cost:
             surroundings["PYTHONPATH"] = str(package)
         began = time.perf_counter()
         with subprocess.Popen(
-            [sys.executable, *arguments],
-            cwd=folder,
-            env=surroundings,
-            stdout=subprocess.DEVNULL,
+            [sys.executable, *arguments], cwd=folder, env=surroundings, stdout=subprocess.DEVNULL
         ) as process:
             _, status, usage = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
@@ -105,11 +102,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="The wait before the first orbit.")
     parser.add_argument(
-        "--package",
-        action="append",
-        type=Path,
-        metavar="PATH",
-        help="a folder with nlds_vines in it",
+        "--package", action="append", type=Path, metavar="PATH", help="a folder with nlds_vines"
     )
     parser.add_argument("--rounds", type=int, default=3, metavar="N")
     options = parser.parse_args()

@@ -97,19 +97,10 @@ def page() -> Iterator[str]:
         system = HERTZ.with_(**change)
         b = behavior(system)
         force = "no bound" if np.isinf(b.force) else f"{b.force:.0f} N"
-        rows.append(
-            (
-                name,
-                b.label,
-                f"{b.E1max:.1f} J",
-                f"{b.E2max:.1f} J",
-                f"{b.gain:.2f} J",
-                f"{b.lost:.2f} J",
-                f"{1e3 * b.lasting:.1f} ms",
-                force,
-                f"{cost(system, HERTZ):.2f}",
-            )
-        )
+        rows.append((
+            name, b.label, f"{b.E1max:.1f} J", f"{b.E2max:.1f} J", f"{b.gain:.2f} J",
+            f"{b.lost:.2f} J", f"{1e3 * b.lasting:.1f} ms", force, f"{cost(system, HERTZ):.2f}",
+        ))  # fmt: skip
     heads = (
         "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
         "longest contact", "greatest force", "cost",

@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
+from benchmarks.speed import spent
 from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.command import Command
-from nlds_vines.cli.options import Parser
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import possible_want
 
-SCENES = ("none", "tmd", "ssul-set6", "ssbl", "ssvi-b")
 RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
 TRANSIENT = 600  # periods before those in which impacts are counted
 COUNTED = 1000  # periods in which impacts are counted
@@ -58,68 +55,38 @@ def parts(system: System) -> Iterator[Part]:
         if word == "trajectory" or word in possible_want((word,), system.scene):
             yield _recording(f"+ {word}", system, word)
     yield _judging("+ regime", system)
-    for name in SCENES:
-        other = _at_frequency(name, system.parameters["omega"])
-        if other.name != system.name:
+    omega = system.parameters["omega"]
+    others = {name: load_system(name, omega=omega) for name in ("none", "tmd", "ssul-set6", "ssbl")}
+    others["ssvi-b"] = System("ssvi-b", others["ssbl"].parameters, name="ssvi-b")
+    for name, other in others.items():
+        if name != system.name:
             yield _recording(f"{name}, nothing recorded", other)
-
-
-def report(system: System) -> Iterator[str]:
-    """Yield the lines of a Markdown table: CPU time per forcing period, and its ratio to bare."""
-    yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other"
-    yield f"scenes: CPU time of one thread per forcing period, least of {REPEATS} runs."
-    yield ""
-    head = ("orbit", "impacts per period", "CPU per period", "ratio")
-    yield from table(head, _rows(system), right=(1, 2, 3))
 
 
 def _rows(system: System) -> Iterator[tuple[str, ...]]:
     """Yield the cells of each part, measured on one thread."""
+    from nlds_vines.orbits.simulation import simulate
     from nlds_vines.runs.executors import use_threads
 
     use_threads(1)
-    bare = 0.0
+    bare, rates = 0.0, dict[str, float]()  # impacts of a period by the name of a system
     for part in parts(system):
         seconds = measured(part) + bare * part.is_added
         bare = bare or seconds
-        often = f"{impact_rate(part.system):.2g}"
-        yield part.name, often, f"{seconds * 1e6:.2g} us", f"{seconds / bare:.2g}"
-
-
-@cache
-def _rate_of(kind: str, parameters: tuple[tuple[str, float], ...]) -> float:
-    from nlds_vines.orbits.simulation import simulate
-
-    system = System(kind, dict(parameters))
-    impacts = simulate(system, COUNTED, transient=TRANSIENT, record=("impacts",)).impacts
-    assert impacts is not None
-    return len(impacts) / COUNTED
-
-
-def impact_rate(system: System) -> float:
-    """Return the impacts of a period after the transient, 0 without a wall."""
-    if not system.scene.walls:
-        return 0.0
-    return _rate_of(system.kind, tuple(system.parameters.items()))
+        name, impacts = part.system.name, None
+        if name not in rates:
+            if part.system.scene.walls:
+                run = simulate(part.system, COUNTED, transient=TRANSIENT, record=("impacts",))
+                impacts = run.impacts
+            rates[name] = 0.0 if impacts is None else len(impacts) / COUNTED
+        yield part.name, f"{rates[name]:.2g}", f"{seconds * 1e6:.2g} us", f"{seconds / bare:.2g}"
 
 
 def measured(part: Part) -> float:
     """Return the CPU time [s] of a part per period: least of several runs, compilation apart."""
-    times = np.zeros((1 + REPEATS, 2))
-    for row in times:
-        for i, work in enumerate((part.run, part.without)):
-            began = time.process_time()
-            work()
-            row[i] = time.process_time() - began
-    run, without = times[1:].min(axis=0)  # the first ones have compiled
+    times = [(spent(part.run), spent(part.without)) for _ in range(1 + REPEATS)]
+    run, without = np.min(times[1:], axis=0)  # the first ones have compiled
     return float(run - without) / part.periods
-
-
-def _at_frequency(name: str, omega: float) -> System:
-    """Return a system of the catalog; `ssvi-b`, which is not in it, with the SSbl's numbers."""
-    if name == "ssvi-b":
-        return System(name, load_system("ssbl", omega=omega).parameters)
-    return load_system(name, omega=omega)
 
 
 def _start_of(system: System) -> np.ndarray:
@@ -145,10 +112,8 @@ def _recording(name: str, system: System, *record: str) -> Part:
     stops, orbits = (SAMPLES, max(1, ORBITS // 50)) if "trajectory" in record else (1, ORBITS)
     want = tuple("section" if word == "trajectory" else word for word in record)
     kernels = Kernels(Wanted(system.scene, want, "exact", "standard", Settings.of("exact")))
-    cells, starts = (
-        np.full((orbits, 1), system.cells()),
-        np.tile(_start_of(system)[:4], (orbits, 1)),
-    )
+    cells = np.full((orbits, 1), system.cells())
+    starts = np.tile(_start_of(system)[:4], (orbits, 1))
 
     def run(periods: int) -> None:
         if stops > 1:
@@ -191,18 +156,13 @@ def _judging(name: str, system: System) -> Part:
     return Part(name, system, lambda: run("regime"), run, JUDGED * DIAGRAM, is_added=True)
 
 
-def _declare(parser: Parser) -> None:
-    declare_system(parser)
-    parser.add_argument("--dry-run", action="store_true", help="only say what it would take")
-
-
 def _carry_out(options: argparse.Namespace) -> int:
+    """Print a Markdown table: CPU time per forcing period, and its ratio to the bare orbit's."""
     system = system_of(options)
-    if options.dry_run:
-        for part in parts(system):
-            say(f"{part.name}: {part.periods} periods, {REPEATS} times")
-        return DONE
-    for line in report(system):
+    say(f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other")
+    say(f"scenes: CPU time of one thread per forcing period, least of {REPEATS} runs.\n")
+    head = ("orbit", "impacts per period", "CPU per period", "ratio")
+    for line in table(head, _rows(system), right=(1, 2, 3)):
         say(line)
     return DONE
 
@@ -211,7 +171,7 @@ main = Command(
     name="python -m benchmarks.costs",
     description="What each part of a scene and each record of an orbit costs per forcing period.",
     examples="exit status: 0 done; 2 the request is wrong",
-    declare=_declare,
+    declare=declare_system,
     carry_out=_carry_out,
 ).main
 

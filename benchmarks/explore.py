@@ -24,15 +24,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-"""The names under which a Chromium may be installed."""
-
-WARM = 5
-"""Clicks that are not counted: the page is drawn for the first time."""
-
-KNOWN = Path("/proc/self/stat")
-"""Where a system tells processor times, if it does."""
-
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")  # names of a Chromium
+WARM = 5  # clicks that are not counted: the page is drawn for the first time
+KNOWN = Path("/proc/self/stat")  # where a system tells processor times, if it does
 _SIZE = {"width": 1500, "height": 1130}
 _WITHIN = 60_000  # milliseconds after which something must have gone wrong
 _FRAME = """(name) => {
@@ -92,12 +86,10 @@ class Served:
         command = [sys.executable, *self.program, "explore", *arguments]
         root = str(Path(__file__).resolve().parents[1])
         self.process = subprocess.Popen(
-            [*command, "--no-browser", "--port", "0"],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            [*command, "--no-browser", "--port", "0"], text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": root},
-        )
+        )  # fmt: skip
         assert self.process.stdout is not None
         lines = (line for line in self.process.stdout if line.startswith("open "))
         line = next(lines, None)
@@ -118,11 +110,9 @@ class Served:
         return self.process.returncode, errors
 
     def __enter__(self) -> Self:
-        """Return it; at the end of the block it has ended."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it if nobody has."""
         if self.process.returncode is None:
             self.end(signal.SIGKILL)
 

@@ -10,8 +10,8 @@ from nlds_vines.model.system import System
 @pytest.fixture(autouse=True)
 def short(monkeypatch):
     """Let few orbits be followed for some periods."""
-    short = {"TRANSIENT": 6, "ORBITS": 1, "PERIODS": 2, "VARIED": 2, "JUDGED": 1, "DIAGRAM": 20}
-    for name, number in short.items():
+    short = {"TRANSIENT": 6, "COUNTED": 10, "ORBITS": 1, "PERIODS": 2, "VARIED": 2, "JUDGED": 1}
+    for name, number in {**short, "DIAGRAM": 20}.items():
         monkeypatch.setattr(costs, name, number)
 
 

@@ -21,8 +21,7 @@ from nlds_vines.model.system import system_in_words
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories
 
-TEXTS = ("file", "decimal")
-"""Keys whose values are texts, even if they look like numbers."""
+TEXTS = ("file", "decimal")  # keys whose values are texts, even if they look like numbers
 
 _NAME = "response-history"
 _EXAMPLES = """\

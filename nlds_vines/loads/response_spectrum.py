@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PERIODS = 100
-"""Default number of periods of a spectrum."""
+PERIODS = 100  # default number of periods of a spectrum
 
 LONGEST = 5.0
 """Default longest period [s], at least twice the shortest, which is the step of the record, at

@@ -40,8 +40,7 @@ BLOCK = 256
 PIECE_BYTES = 1 << 26
 """Bytes of the loads that a thread has in memory at once, if no two orbits share theirs."""
 
-EDGE_BYTES = 8 * 18
-"""Bytes of a cell of a load: its coefficients, its edge and its jump."""
+EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
 
 
 def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:

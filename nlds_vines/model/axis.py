@@ -28,8 +28,7 @@ from nlds_vines.errors import (
 )
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described, ends_in_words
 
-LINEAR, LOG = "linear", "log"
-"""Scales of a range: values at equal distances, or at equal ratios."""
+LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
 
 MOST_VALUES = 10**7
 """The largest number of values: more than can be computed, fewer than fill the memory."""
@@ -185,11 +184,8 @@ class Interval:
 
 # ---- tables of samples --------------------------------------------------------------------------
 
-SAMPLE = "sample"
-"""The dimension of results of samples."""
-
-FILE = "file"
-"""The key of a table `[samples]` that names a CSV file in place of columns."""
+SAMPLE = "sample"  # the dimension of results of samples
+FILE = "file"  # the key of a table `[samples]` that names a CSV file in place of columns
 
 
 @dataclass(frozen=True, eq=False)

@@ -238,8 +238,7 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
     for name in CONSTANTS
 }
 
-PHASE = "phase"
-"""The phase of the force at the start: an initial condition outside the state."""
+PHASE = "phase"  # the phase of the force at the start: an initial condition outside the state
 
 INITIAL: Mapping[str, Parameter] = {
     entry.name: entry

@@ -212,8 +212,7 @@ _MISS = "least distance of a local approach that did not become an impact; inf i
 _AMPLITUDE = "{} amplitude of the {{body}}, sqrt({{x}}^2 + ({{v}} / omega)^2) at t = nT"
 _STATE = "m, m/s"
 
-OF_SIGNALS = "{signals}"
-"""The unit of a quantity that has the unit of its spectrum's signal."""
+OF_SIGNALS = "{signals}"  # the unit of a quantity that has the unit of its spectrum's signal
 
 
 QUANTITIES = (
@@ -480,8 +479,7 @@ def stored_in(buffer: str) -> tuple[Quantity, ...]:
 SHARES = (0.01, 0.1, 0.5)
 """Shares of the largest E1; `last_1`, `last_10`, `last_50` are the last times above them."""
 
-WAYS = ("c1", "c2", "contact")
-"""What dissipates energy: the dashpots and the contacts."""
+WAYS = ("c1", "c2", "contact")  # what dissipates energy: the dashpots and the contacts
 
 
 def _of(

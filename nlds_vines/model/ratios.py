@@ -29,8 +29,7 @@ from nlds_vines.model.parameters import PARAMETERS, Parameter
 from nlds_vines.model.scenes import Scene
 
 RAD, HZ, RATIO = "rad/s", "Hz", "ratio"
-UNITS = (RAD, HZ, RATIO)
-"""The units of frequency axes: omega [rad/s], f [Hz], omega / omega0."""
+UNITS = (RAD, HZ, RATIO)  # the units of frequency axes: omega [rad/s], f [Hz], omega / omega0
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,7 @@ Values = Mapping[str, Any]
 LONGEST_NAME = 16
 """Letters of the longest name in `Scene.struck`, the width of a column in tables of impacts."""
 
-FOOT = "+foot"
-"""The suffix of a kind in `Scene.key` if the foot of the structure moves."""
+FOOT = "+foot"  # the suffix of a kind in `Scene.key` if the foot of the structure moves
 
 BASES = ("base_displacement", "base_acceleration")
 """Amplitudes of the ground's motion, one of which may replace the force: [m], [m/s^2]."""

@@ -225,8 +225,7 @@ class Request(Outlined):
 
 # ---- requests read from documents ----------------------------------------------------------------
 
-Document = Mapping[str, Any]
-"""The content of a TOML file, as nested tables."""
+Document = Mapping[str, Any]  # the content of a TOML file, as nested tables
 
 LENT = ("title", "system", "set", "sampling")
 """The keys that a command uses even from a file for another kind of request."""

@@ -25,14 +25,12 @@ _MOST_XI = 1e3
 """The largest amplitude over the clearance of a response: far beyond, the damper is a mass that
 sticks to neither wall and takes no energy."""
 
-_LEAST_XI = 1e-6
-"""The smallest amplitude over the clearance if e = 1, when xi_min is 0."""
+_LEAST_XI = 1e-6  # the smallest amplitude over the clearance if e = 1, when xi_min is 0
 
 _LEAST_S = 1e-15
 """The smallest s > 0 at which `best` evaluates Gamma: below the optimum of every e < 1."""
 
-_REAL = 1e-7
-"""Imaginary part over the modulus of a real root: a double root has half the digits."""
+_REAL = 1e-7  # imaginary part over the modulus of a real root: a double root has half the digits
 
 
 class BestClearance(NamedTuple):

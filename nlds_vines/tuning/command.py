@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, spaced
+from nlds_vines.cli.options import SET, SYSTEM, Option, assignments, ends, named, numbers, spaced
 from nlds_vines.cli.running import RunOptions, optional_path
 from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
@@ -203,12 +203,10 @@ def _spread(option: str, text: str) -> dict[str, Any]:
 
 
 def _free(texts: list[str]) -> dict[str, Any]:
-    def bounds(option: str, text: str) -> dict[str, float]:
-        return {} if text == ":" else ends(option, text, "low", "high")
-
-    option = named("--free", "NAME or NAME=LOW:HIGH", "", "free", bounds)
-    assert option.read is not None
-    return dict(option.read([text if "=" in text else f"{text}=:" for text in texts]))
+    complete = [text if "=" in text else f"{text}=:" for text in texts]
+    pairs = assignments("--free", complete, "NAME or NAME=LOW:HIGH").items()
+    bounds = {k: {} if v == ":" else ends(f"--free {k}", v, "low", "high") for k, v in pairs}
+    return {"free": bounds}
 
 
 def _band(text: str) -> dict[str, Any]:

@@ -20,8 +20,6 @@ from nlds_vines.model.parameters import FORCING, STRUCTURE
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import BASES, Scene
 
-# ---- free parameters -----------------------------------------------------------------------------
-
 
 class Bounds(NamedTuple):
     """Default bounds of a parameter, and whether its scale is logarithmic."""
@@ -51,8 +49,7 @@ k2 reaches from far below the stiffness m2 omega^2 that tunes a linear damper of
 (2366 N/m) to far above it; c2 from a damping at which orbits still settle within the default
 transient of 300 periods to ten times that of a good tuned mass damper."""
 
-USUAL = ("k2", "c2", "C", "D")
-"""The parameters that are tuned by default, as far as the scene has them."""
+USUAL = ("k2", "c2", "C", "D")  # tuned by default, as far as the scene has them
 
 
 def tunable(scene: Scene) -> tuple[str, ...]:
@@ -88,16 +85,14 @@ class Free(Interval):
         return self.name == "V"
 
     def value(self, unit: np.ndarray) -> np.ndarray:
-        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale.
-
-        NumPy's exponential depends on the processor, and a search on every bit.
-        """
+        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""
         if self.logarithmic:
+            # NumPy's exponential depends on the processor, and a search on every bit
             from nlds_vines.kernels.numerics.elementary import exp, log
 
             low, high = log(self.low), log(self.high)
             exponents = np.ravel(low + unit * (high - low)).tolist()
-            values = np.reshape([exp(exponent) for exponent in exponents], np.shape(unit))
+            values = np.reshape([*map(exp, exponents)], np.shape(unit))
         else:
             values = self.low + unit * (self.high - self.low)
         return np.clip(values, self.low, self.high)  # round-off must not exceed a bound
@@ -126,24 +121,12 @@ def units_of(free: tuple[Free, ...], points: np.ndarray) -> np.ndarray:
 # ---- uncertain parameters ------------------------------------------------------------------------
 
 NORMAL, UNIFORM = "normal", "uniform"
-
-CUT = 3.0
-"""Standard deviations at which a normal distribution is cut, so that no stiffness is negative."""
-
-DRAWS = 64
-"""The default number of draws if something is uncertain."""
-
-FRESH_DRAWS = 1024
-"""The least number of draws by which an optimum is judged again, none of them from the search."""
-
-FRESH_SEED = 2**32
-"""Offset of the seed of the fresh draws: the seeds of searches are smaller."""
-
-MOST_DRAWS = 2**16
-"""The most draws.  Their number is a power of two: only then are Sobol points even."""
-
-DIGITS = 9
-"""Decimals of a place on a normal distribution: libraries' logarithms differ in the last bit."""
+CUT = 3.0  # standard deviations at which a normal distribution ends: no stiffness is negative
+DIGITS = 9  # of a place on a normal distribution: logarithms of libraries differ in the last bit
+DRAWS = 64  # the default number of draws if something is uncertain
+MOST_DRAWS = 2**16  # a power of two: only then are Sobol points even
+FRESH_DRAWS = 1024  # by which an optimum is judged again at least, none of them from the search
+FRESH_SEED = 2**32  # offset of the seed of the fresh draws: the seeds of searches are smaller
 
 
 @dataclass(frozen=True)
@@ -167,9 +150,8 @@ class Uncertain:
     @classmethod
     def of(cls, name: str, entry: object) -> Uncertain:
         """Return the uncertain parameter of an entry: a spread, or a table with spread and law."""
-        is_table = isinstance(entry, Mapping)
-        keys = ("spread", "law")
-        settings: Mapping[str, Any] = table(name, entry, keys) if is_table else {"spread": entry}
+        given = entry if isinstance(entry, Mapping) else {"spread": entry}
+        settings = table(name, given, ("spread", "law"))
         spread, law = settings.get("spread"), settings.get("law", NORMAL)
         if isinstance(spread, str) and spread.endswith("%"):
             return cls(name, from_text(float, f"spread of {name}", spread[:-1]), True, law)
@@ -195,11 +177,7 @@ class Uncertain:
 
 
 def places_of(uncertain: tuple[Uncertain, ...], draws: int, seed: int) -> np.ndarray:
-    """Return the places (draws + 1, uncertain) of all draws in spreads; the first is nominal, 0.
-
-    The places of a uniform distribution lie evenly from -1 to 1; those of a normal one are
-    quantiles of the distribution cut at `CUT`.
-    """
+    """Return the places (draws + 1, uncertain) of all draws in spreads; the first is nominal, 0."""
     places = np.zeros((draws + 1, len(uncertain)))
     if not (draws and uncertain):
         return places
@@ -212,7 +190,7 @@ def places_of(uncertain: tuple[Uncertain, ...], draws: int, seed: int) -> np.nda
     for i, one in enumerate(uncertain):
         if one.law == UNIFORM:
             places[1:, i] = 2.0 * points[:, i] - 1.0
-        else:
+        else:  # the quantiles of the distribution that is cut
             shares = (low + (1.0 - 2.0 * low) * points[:, i]).tolist()
             places[1:, i] = [round(normal.inv_cdf(share), DIGITS) for share in shares]
     return places

@@ -33,17 +33,16 @@ for rest, i for the i-th random start.  stretch: a factor on the periods discard
 under a load, on the load."""
 
 
-def at_rest(points: np.ndarray) -> np.ndarray:
-    """Return trials of designs (n, parameters) [SI] without a perturbation, one a row."""
-    return np.column_stack([points, np.tile([1.0, 0.0, 1.0], (len(points), 1))])
-
-
 RESULTS = ("objective", "E2max", "status", "worst_case")
 """The results of a trial: the objective, infinite for an inadmissible design; E2max [J], status and
 number of its worst case."""
 
-OF_DRAWS = ("nominal", "mean", "quantile")
-"""The results that follow if there are draws: the nominal objective, and that over the draws."""
+OF_DRAWS = ("nominal", "mean", "quantile")  # of the objective: the results of draws that follow
+
+
+def at_rest(points: np.ndarray) -> np.ndarray:
+    """Return trials of designs (n, parameters) [SI] without a perturbation, one a row."""
+    return np.column_stack([points, np.tile([1.0, 0.0, 1.0], (len(points), 1))])
 
 
 def impacts_of(tuning: Tuning) -> tuple[str, ...]:
@@ -58,11 +57,7 @@ def results_of(tuning: Tuning) -> tuple[str, ...]:
 
 
 class Objective:
-    """The objective of one tuning; what all designs share is prepared once.
-
-    Arguments: `tell` takes the message of a wait; with `fresh`, designs are judged by
-    `Tuning.fresh_draws` draws, none of which the search has.
-    """
+    """The objective of one tuning; with `fresh`, over draws none of which the search has."""
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
         self._tuning, self._tell = tuning, tell
@@ -81,11 +76,7 @@ class Objective:
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
     def results(self, trials: np.ndarray) -> np.ndarray:
-        """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`.
-
-        The objective is the maximum over the cases of E1max, or of the quantity that the search
-        minimizes; with draws, the mean or a quantile of that maximum over the draws.
-        """
+        """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`."""
         tuning, grid = self._tuning, self._grid(trials)
         if self._batch is None:
             values = worst(outcome_under(tuning, grid, self._tell))
@@ -144,12 +135,10 @@ def worst(outcome: Outcome) -> np.ndarray:
 
 
 def over_draws(results: np.ndarray, judge: float | None, reported: float) -> np.ndarray:
-    """Reduce results (designs, draws, columns) over the draws to (designs, columns).
+    """Reduce results (designs, draws, columns) over the draws, 0 nominal, to (designs, columns).
 
-    Arguments: draw 0 of `results` is nominal; `judge` is the quantile that becomes the objective,
-    None for the mean; `reported` is the quantile to report if the mean is the objective.
-
-    A quantile q is the least value that a share q of the draws does not exceed.  It may be finite
+    The objective is the quantile `judge`, or the mean, and then `reported` is the other quantile.
+    A quantile q, the least value that a share q of the draws does not exceed, may be finite
     although some draws fail; a mean is not.  E2max, status, case and impacts are nominal, but if
     the objective is infinite, the status is that of the first draw that failed.
     """
@@ -170,10 +159,9 @@ def over_draws(results: np.ndarray, judge: float | None, reported: float) -> np.
 def outcome_under(
     tuning: Tuning, grid: Mapping[str, np.ndarray], tell: Tell | None = None
 ) -> Outcome:
-    """Return the outcome of every orbit under the load, in the shape of the grid.
+    """Return the outcomes under the load over a grid of parameters, numbers of the load, `draw`.
 
-    The grid has parameters, numbers of the load and `draw`.  An objective that is NaN, as a last
-    time that has not come, makes a design inadmissible.
+    A design whose objective is NaN, as a last time that has not come, is inadmissible.
     """
     history, shape = tuning.history, grid["draw"].shape
     assert history is not None
@@ -197,16 +185,15 @@ def outcome_under(
 
 # ---- the log of a search -------------------------------------------------------------------------
 
+# the CF flags of the dataset `stage`
 STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
-"""The stages of a search: the CF flags of the dataset `stage`."""
 
 
 class Log:
     """All evaluations of a tuning, in order; searches reach the objective only through it.
 
-    The evaluations of one call are a block on the disk.  A search depends on its request alone: run
-    again, it asks for the same designs in the same order.  So it is resumed by running it again,
-    and saved blocks replace the kernels' results.
+    The evaluations of one call are a block on the disk.  A search depends on its request alone, so
+    it is resumed by running it again: saved blocks then replace the kernels' results.
     """
 
     def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
@@ -265,11 +252,8 @@ class Log:
 
 # ---- perturbations of an optimum -----------------------------------------------------------------
 
-BAND = 5
-"""Values of a parameter from which on they stand for a range rather than for themselves."""
-
-_FINER = 8
-"""Intervals into which a step of such a range is divided to judge an optimum between its values."""
+BAND = 5  # values of a parameter from which on they stand for a range rather than for themselves
+_FINER = 8  # intervals of a step of such a range, to judge an optimum between its values
 
 
 def is_band(axis: Axis) -> bool:
@@ -277,10 +261,7 @@ def is_band(axis: Axis) -> bool:
 
 
 def over_finer_bands(tuning: Tuning) -> Tuning | None:
-    """Return a tuning with finer bands, to judge designs by; None without a band.
-
-    Only its objective is used: its search is the smallest allowed one.
-    """
+    """Return a tuning with finer bands, to judge designs by; None without a band."""
 
     def finer(axis: Axis) -> Axis:
         places = np.arange(axis.values.size)
@@ -290,16 +271,15 @@ def over_finer_bands(tuning: Tuning) -> Tuning | None:
     if not any(map(is_band, tuning.over)):
         return None
     over = tuple(finer(axis) if is_band(axis) else axis for axis in tuning.over)
+    # only its objective is used, so its search is the smallest allowed one
     least = replace(tuning.search, population=5, generations=1, polish=0, seeds=1, optima=1)
     return replace(tuning, over=over, surface=None, search=least)
 
 
 class Perturbation(NamedTuple):
-    """Words, the column of a trial that changes, and the factor; for `random_start` its number."""
-
     words: str
-    column: str
-    value: float
+    column: str  # of the trial
+    value: float  # the factor on that column; the number of a `random_start`
 
 
 def perturbations(tuning: Tuning) -> list[Perturbation]:

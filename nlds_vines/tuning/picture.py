@@ -51,11 +51,7 @@ _MARK = "#d7191c"  # a red that neither the shades nor the contours have
 def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     """Return the picture of a tuning: its surface, or the curve along its only free parameter.
 
-    The surface shows the objective over two parameters in shades and contours; inadmissible designs
-    are gray.  The other parameters are those of the best optimum, which a star marks.  Circles mark
-    optima that are nearly as good; their other parameters may differ.
-
-    Raises `RequestError` for several free parameters without a surface.
+    Inadmissible designs are gray.  The other parameters are those of the best optimum.
     """
     figure, grid = new_figure(page, [page.map_height])
     _fill(figure.add_subplot(grid[0]), view)

@@ -64,31 +64,18 @@ from nlds_vines.tuning.design_space import (
     tunable,
 )
 
+# forcing periods sampled by default: with walls, which cause motions of many periods; and without
+# walls, when every period of the steady state is the same
 SAMPLED, SAMPLED_FREE = 60, 2
-"""Forcing periods sampled by default: with walls, which cause motions of many periods; and without
-walls, when every period of the steady state is the same."""
-
-OBJECTIVE, UNDER_LOAD = "E1max", "last_1"
-"""The default objectives: of the steady state, and under a load."""
-
-QUANTILE = 0.9
-"""The quantile of draws that is reported unless another one is the objective."""
-
-SEARCHES = ("de", "cma")
-"""The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
-
-MOST_LANES = 10**8
-"""The most orbits of one tuning: days of work on a large machine."""
-
+OBJECTIVE, UNDER_LOAD = "E1max", "last_1"  # by default: of the steady state, and under a load
+QUANTILE = 0.9  # the quantile of draws that is reported unless another one is the objective
+SEARCHES = ("de", "cma")  # differential evolution; CMA-ES, which needs the extra `cma`
+MOST_LANES = 10**8  # the most orbits of one tuning: days of work on a large machine
+# the perturbations of an optimum: frequencies 1 % off, parameters 2 % off, so many random starts,
+# and so many times the periods (which reveals an orbit that is irregular or had not settled)
 DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
-"""The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, so many random starts,
-and so many times the periods (which reveals an orbit that is irregular or had not settled)."""
-
-SIZE = 0.1
-"""The perturbation of a load: 10 % smaller and larger."""
-
-TONE = "tone.omega"
-"""The frequency that a band means under a load with one tone [rad/s]."""
+SIZE = 0.1  # the perturbation of a load: 10 % smaller and larger
+TONE = "tone.omega"  # the frequency that a band means under a load with one tone [rad/s]
 
 
 def _of_search(default: Any, check: Check, words: str, form: str = "", **options: Any) -> Any:
@@ -560,8 +547,21 @@ def load_tuning(
     with at(request.place("uncertain")):
         uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
     history, steady = _history(request, system)
-    changing = [one.name for one in free] + [one.name for one in uncertain]
-    over = _over(request, system, history, changing)
+    axes = request.axes("over")
+    if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
+        # an axis of the forcing frequency is that of the only tone
+        axes = tuple(Axis(TONE, one.values) if one.name == "omega" else one for one in axes)
+        axes = tuple(
+            Axis(TONE, 2.0 * pi * one.values, one) if one.name == "f" else one for one in axes
+        )
+    with at(request.place("over")):
+        refuse_twice(system.scene, [axis.name for axis in axes])
+        of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
+        others = tuple(axis for axis in axes if axis not in of_load)
+        changing = [one.name for one in free] + [one.name for one in uncertain]
+        names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])
+        names += system.following(names)
+        over = (*axes_of_parameters(others, system.scene, system.parameters, names), *of_load)
     default = {} if history is None else {"objective": UNDER_LOAD}
     with at(request.place("surface")):
         first = tuple(one.name for one in free if not one.inert)[:2]
@@ -569,7 +569,7 @@ def load_tuning(
         grid = Surface(**surface) if request.table("surface") else None
     title = request.title("system", "set", "free", "over", "load", "start")
     if title is None:
-        names = ", ".join(symbol_of(item.name) for item in free)
+        symbols = ", ".join(symbol_of(item.name) for item in free)
         stated = [axis.as_stated for axis in over if axis.as_stated.name in DESCRIBED]
         ranges = [range_in_words(axis.name, axis.values) for axis in stated]
         if history is not None:
@@ -577,7 +577,7 @@ def load_tuning(
         elif not {"omega", "omega_ratio"} & {axis.name for axis in over}:
             ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
         what = system.scene.meaning.split(":")[0]
-        title = f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"
+        title = f"{what[:1].upper()}{what[1:]}: {symbols} tuned for {', '.join(ranges)}"
         title = title[:MOST_CHARACTERS]
     return request.make(
         Tuning, request.origin("over"), **steady, title=title, system=system, free=free, over=over,
@@ -603,10 +603,7 @@ def _free(request: Merged, scene: Scene) -> dict[str, Any]:
 
 
 def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
-    """Return the response history that judges designs, if any, and the settings without one.
-
-    There is a history if there is a load or a start.  A file may have [sampling] for both.
-    """
+    """Return the response history if there is a load or a start, else the settings without one."""
     loaded = bool(request.table("load") or request.table("start"))
     owner: type = HistoryRequest if loaded else Tuning
     keys = [entry.key for entry in settings_of(owner, "sampling").values()]
@@ -623,23 +620,3 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
     with at(request.place("load" if request.table("load") else "start")):
         load = Loading(**request.of(Loading))
         return HistoryRequest("under a load", (system,), load, **request.of(HistoryRequest)), {}
-
-
-def _over(
-    request: Merged, system: System, history: HistoryRequest | None, changing: list[str]
-) -> tuple[Axis, ...]:
-    scene = system.scene
-    axes = request.axes("over")
-    if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
-        # an axis of the forcing frequency is that of the only tone
-        axes = tuple(Axis(TONE, one.values) if one.name == "omega" else one for one in axes)
-        axes = tuple(
-            Axis(TONE, 2.0 * pi * one.values, one) if one.name == "f" else one for one in axes
-        )
-    with at(request.place("over")):
-        refuse_twice(scene, [axis.name for axis in axes])
-        of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
-        others = tuple(axis for axis in axes if axis not in of_load)
-        names = meant_by(scene, [*changing, *(axis.name for axis in others)])
-        names += system.following(names)
-        return (*axes_of_parameters(others, scene, system.parameters, names), *of_load)

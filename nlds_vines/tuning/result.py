@@ -56,8 +56,7 @@ def contents(
 ) -> list[tuple[Dataset, np.ndarray]]:
     """Return the datasets of the archive with their values; those without values are left out.
 
-    Arguments: all evaluations, by column of the log; the rows in it of the `optima`, the best
-    first; the further `judged` objectives, by dataset.
+    Arguments: the `columns` of the log, its rows with the `optima`, and further objectives.
     """
     dims, unit, is_steady = ("evaluation",), tuning.unit, tuning.history is None
     judged_in_words = f"{tuning.judged}: {tuning.objective_in_words}"
@@ -122,29 +121,15 @@ def contents(
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Outlined):
-    """One optimum of a tuning.
-
-    Attributes:
-        parameters: its free parameters by name [SI].
-        objective: of the design; with draws, over `Tuning.fresh_draws` draws that the search did
-            not have.
-        robustness: the objective under each perturbation, `none` among them.
-        finer: the objective with more values in each band; NaN without a band.
-        searched: the objective by which the design was chosen; with draws, it flatters the design.
-        nominal, mean, quantile: with draws, the nominal objective, and its mean and quantile over
-            the draws of the search.
-        impacts: with walls, those of the worst case: per forcing period, or under the load.
-    """
-
-    parameters: Mapping[str, float]
-    objective: float
-    robustness: Mapping[str, float]
-    finer: float = nan
-    searched: float | None = None
-    nominal: float | None = None
-    mean: float | None = None
-    quantile: float | None = None
-    impacts: float = nan
+    parameters: Mapping[str, float]  # [SI]
+    objective: float  # with draws, over `Tuning.fresh_draws` that the search did not have
+    robustness: Mapping[str, float]  # the objective by perturbation, `none` among them
+    finer: float = nan  # the objective with more values in each band
+    searched: float | None = None  # the objective that chose it; with draws, this flatters it
+    nominal: float | None = None  # with draws: the nominal objective,
+    mean: float | None = None  # and its mean
+    quantile: float | None = None  # and quantile over the draws of the search
+    impacts: float = nan  # with walls, of the worst case: per forcing period, or under the load
 
     @property
     def cause(self) -> str:

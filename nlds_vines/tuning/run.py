@@ -21,12 +21,9 @@ from nlds_vines.tuning.objective import Log, at_rest, over_finer_bands, perturbe
 from nlds_vines.tuning.request import Search, Tuning, check_installed
 from nlds_vines.tuning.result import contents, scales
 
-PROMISING = 0.25
-"""A local search starts at designs whose objective is at most this share above the best."""
+Evaluate = Callable[[np.ndarray], np.ndarray]  # of points (n, parameters) in the unit cube
 
-Evaluate = Callable[[np.ndarray], np.ndarray]
-"""The objective (n,) of points (n, parameters) in the unit cube."""
-
+PROMISING = 0.25  # a local search starts where the objective exceeds the best by so much at most
 _CONTRACTED = 1e-4  # spread of a generation's objectives relative to their mean that ends a search
 _SIMPLEX = 0.03  # first steps of the local search, in the unit cube
 _SMALLEST = 1e-5  # its last steps
@@ -37,8 +34,7 @@ _INADMISSIBLE = 1e30  # in place of infinity, with which CMA-ES cannot compute
 def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     """Search, test the optima, compute the surface through the best, and write the archive.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with all finished blocks of evaluations
-    saved for --resume, and `RequestError` if the archive cannot be written.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with all finished blocks saved.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
@@ -111,8 +107,7 @@ def distinct(
 ) -> np.ndarray:
     """Return the indices of good designs (n, parameters) of the unit cube, the best first.
 
-    `within` is the largest excess over the best objective, relative to it; `apart` the smallest
-    distance from all better designs chosen.
+    `within` is their largest relative excess over the best objective, `apart` their distance.
     """
     limit = values.min(initial=np.inf) * (1 + within)
     candidates = np.flatnonzero(np.isfinite(values) & (values <= limit))
@@ -133,11 +128,9 @@ def search_globally(
 ) -> None:
     """Run the global search of a request, by whole generations; the log has its evaluations.
 
-    SciPy's differential evolution (best1bin) has a Latin hypercube (M. D. McKay et al.,
-    Technometrics 21, 1979) with the point `first` of the unit cube as its first generation; CMA-ES
-    starts from that point.
-
-    Source: R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997).
+    Differential evolution (best1bin; R. Storn and K. Price, J. Global Optim. 11, 1997) has a Latin
+    hypercube (M. D. McKay et al., Technometrics 21, 1979) with the point `first` of the unit cube
+    as its first generation; CMA-ES starts from that point.
     """
     from scipy.optimize import differential_evolution
 
@@ -192,9 +185,7 @@ def _cma(
 
 
 def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
-    """Search around a point of the unit cube by the method of Nelder and Mead.
-
-    Makes at most `most` evaluations, which the log has, inside the bounds.
+    """Search around a point of the unit cube by `most` evaluations, which the log has.
 
     Source: J. A. Nelder and R. Mead, A simplex method for function minimization, Computer J. 7
     (1965) 308-313, as SciPy implements it.

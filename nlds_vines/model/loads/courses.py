@@ -27,16 +27,14 @@ from nlds_vines.model.setting import (
     settings_of,
 )
 
-ORDER = 14
-"""The order of the polynomials, which is that of a flight."""
+ORDER = 14  # the order of the polynomials, which is that of a flight
 
 TERMS = ORDER + 1
 
 REACH = 0.5
 """Longest cell, in units of 1/rate of a load: the truncation error is below 0.5^15 / 15!."""
 
-SPLITTER = 134217729.0
-"""2^27 + 1: splits a float64 into two halves of 26 bits each (Veltkamp)."""
+SPLITTER = 134217729.0  # 2^27 + 1: splits a float64 into two halves of 26 bits each (Veltkamp)
 
 
 def cos_sin(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,11 +139,8 @@ def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) ->
 # ---- every load ----------------------------------------------------------------------------------
 
 
-G = 9.80665
-"""Standard gravity [m/s^2]."""
-
-FORCES = {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605}
-"""Units of a force on m1, in N."""
+G = 9.80665  # standard gravity [m/s^2]
+FORCES = {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605}  # units of a force on m1, in N
 
 ACCELERATIONS = {
     "m/s^2": 1.0,

@@ -45,14 +45,9 @@ KINDS: Mapping[str, type[Course]] = {
     for one in (HalfSine, Triangular, Rectangular, Friedlander, Record, Tone, Sweep, Noise)
 }
 
-MOST_CELLS = 10**6
-"""Cells of a load: 120 MB of coefficients."""
-
-NEAR = 8.0
-"""Kinks closer than so many units in the last place of the duration are merged."""
-
-COARSE = 0.1
-"""The largest step of a record, in natural periods of the structure alone."""
+MOST_CELLS = 10**6  # cells of a load: 120 MB of coefficients
+NEAR = 8.0  # kinks closer than so many units in the last place of the duration are merged
+COARSE = 0.1  # the largest step of a record, in natural periods of the structure alone
 
 
 @dataclass

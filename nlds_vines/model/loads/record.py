@@ -36,17 +36,10 @@ from nlds_vines.model.setting import (
     settings_of,
 )
 
-MOST_SAMPLES = 10**6
-"""Samples of a record: hours of an accelerogram."""
-
-MOST_BYTES = 1 << 26
-"""Bytes of a text."""
-
-HEADER = 40
-"""Lines in which a format states what follows."""
-
-TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}
-"""Units of time, in s."""
+MOST_SAMPLES = 10**6  # samples of a record: hours of an accelerogram
+MOST_BYTES = 1 << 26  # bytes of a text
+HEADER = 40  # lines in which a format states what follows
+TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}  # units of time, in s
 
 _TIME_UNITS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
@@ -83,8 +76,7 @@ class Content(NamedTuple):
     is_ordered: bool = True
 
 
-Lines = list[tuple[int, str]]
-"""The lines of a text that are not empty, with their numbers."""
+Lines = list[tuple[int, str]]  # the lines of a text that are not empty, with their numbers
 
 
 def _column(name: str, value: Any, /) -> int | str:
@@ -647,8 +639,7 @@ def _heading(word: str) -> tuple[str, str]:
 
 LINEAR, CUBIC = "linear", "cubic"
 
-GAP = 1.5
-"""A step this many times the median one is a gap."""
+GAP = 1.5  # a step this many times the median one is a gap
 
 
 def _samples(name: str, value: Any, /) -> tuple[float, ...]:

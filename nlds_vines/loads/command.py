@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -155,22 +156,13 @@ def _loads(texts: Sequence[str]) -> dict[str, Any]:
         entry: dict[str, Any] = {}
         pairs = re.split(r",(?=\w+=)", rest)  # a path may contain commas
         for key, value in assignments(f"--load {kind}:", pairs, "KEY=VALUE").items():
-            if value in ("true", "false"):
-                entry[key] = value == "true"
-            else:
-                entry[key] = value if key in TEXTS else _number_or_text(value)
+            entry[key] = (value == "true") if value in ("true", "false") else value
+            if isinstance(entry[key], str) and key not in TEXTS:
+                is_whole = value.isascii() and value.isdigit()
+                with suppress(RequestError):  # the key's check refuses other texts
+                    entry[key] = from_text(int if is_whole else float, "", value)
         load.setdefault(kind, []).append(entry)
     return {"load": load}
-
-
-def _number_or_text(value: str) -> int | float | str:
-    """Return the number that a text means, or the text, which the key's check may refuse."""
-    if value.isascii() and value.isdigit():
-        return from_text(int, "", value)
-    try:
-        return from_text(float, "", value)
-    except RequestError:
-        return value
 
 
 LOAD = Option(

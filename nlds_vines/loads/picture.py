@@ -77,15 +77,11 @@ _MOST_BINS = 60
 _LINES = ("solid", "dashed", "dashdot", "dotted")
 _EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # closed forms
 _SINKS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
-SWEEP_ENERGY = "sweep_energy"
-"""The panel over which `--mark` draws branches, whose archives have E1max."""
-
 _DOTS: dict[str, Any] = {"marker": "o", "markersize": 3.2, "linestyle": "none", "mfc": "white"}
 _OVER_TIME = {"energy", "motion", "damper"}  # panels with a common axis
-EXCEEDANCE = "exceedance"
-"""The panel of samples with the share that lies above each value, `x1_max:exceedance`."""
-
 _LEAST = 1e-4  # lower end of the axis, in units of the largest E1
+SWEEP_ENERGY = "sweep_energy"  # the panel over which `--mark` draws branches
+EXCEEDANCE = "exceedance"  # in the names of panels of samples: `x1_max:exceedance`
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
@@ -237,11 +233,7 @@ def _damper(axes: Axes, histories: ResponseHistories) -> None:
 
 
 def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> None:
-    """Draw the largest displacement or energy in each natural period over a sweep's frequency.
-
-    Downward sweeps are dotted.  The steady response of systems without walls, in closed form, is
-    drawn as well.
-    """
+    """Draw the largest displacement or energy in each natural period over a sweep's frequency."""
     request = histories.request
     for system, history, look in _each(histories):
         values = history.E1 if energy else np.abs(history.x1)
@@ -295,11 +287,7 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
 
 
 def _peaks(axes: Axes, histories: ResponseHistories) -> None:
-    """Draw a group of bars for each quantity of the comparison, with the values in their units.
-
-    A bar is as long as its value beside that of the structure alone, or of the first damper that
-    has one.
-    """
+    """Draw a group of bars for each quantity of the comparison, relative to its first bar."""
     peaks = histories.comparison()
     names = [name for name in PEAKS if any(peak.quantity == name for peak in peaks)]
     looks = {system.name: look for system, look in _looks(histories.request)}

@@ -34,15 +34,11 @@ from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 
-TOLERANCE = 1e-10
-"""The default tolerance of contacts: finer than in scans, as the energy balance sees each."""
-
+TOLERANCE = 1e-10  # of contacts by default: finer than in scans, as the energy balance sees each
 MOST_STATES = 10**7
-
 MOST_CASES = 10**7
-
-FORCES = ("P", "base_displacement", "base_acceleration")
-"""The parameters of the harmonic force, which acts only if the load has `harmonic = true`."""
+_LAWS = ("law", "law_2")  # keys of [set] that are no parameters
+FORCES = ("P", "base_displacement", "base_acceleration")  # act only if the load is `harmonic`
 
 
 def _state(value: object) -> tuple[float, ...]:
@@ -202,10 +198,7 @@ class HistoryRequest(Request):
         return lines
 
     def case(self, number: int) -> tuple[System, Loading]:
-        """Return the system and the load of an orbit, by its number: systems, then axes.
-
-        Parameters that the system does not have are left out.
-        """
+        """Return the system and the load of an orbit, by its number: systems, then axes."""
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
         values = {k: float(v) for k, v in self.values_at(places).items()}
         system = self.systems[which]
@@ -301,11 +294,8 @@ FORM = Form(
     sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
 )
 
-USUAL = ("none", "tmd", "ssbl", "ssul-set6")
-"""The systems of a request that names none: the structure alone and the paper's dampers."""
-
+USUAL = ("none", "tmd", "ssbl", "ssul-set6")  # the structure alone and with the paper's dampers
 Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | HistoryRequest | None
-"""The forms of a request: systems or their names, a file, the document in one."""
 
 
 def load_response_history(
@@ -383,17 +373,12 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
                 (as_system if isinstance(one, str) else system_from)(one, needs_force=False)
                 for one in listed
             ]
-    laws = {
-        key: LAWS.get(str(layer["set"][key]))
-        for _, layer in request.layers
-        for key in ("law", "law_2")
-        if key in layer.get("set", {})
-    }
+    settings = [layer.get("set", {}) for _, layer in request.layers]
+    laws = {key: LAWS.get(str(one[key])) for one in settings for key in _LAWS if key in one}
 
     def takes(system: System, name: str) -> bool:
         law = laws.get("law_2" if name.endswith(SECOND) else "law")
-        constants = law.allowed if law else ()
-        of_law = name in ("law", "law_2") or name.removesuffix(SECOND) in constants
+        of_law = name in _LAWS or (law is not None and name.removesuffix(SECOND) in law.allowed)
         return has(system, name) or (of_law and bool(system.scene.walls))
 
     for place, layer in request.layers:

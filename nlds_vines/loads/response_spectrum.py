@@ -21,13 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PERIODS = 100  # default number of periods of a spectrum
-
-LONGEST = 5.0
-"""Default longest period [s], at least twice the shortest, which is the step of the record, at
-least 0.01 s."""
-
-SUBSTEPS = 24
-"""Least number of evaluations per period; cubics between them have a relative error of 1e-5."""
+LONGEST = 5.0  # default longest period [s], at least twice the shortest
+SUBSTEPS = 24  # evaluations in a period at least: cubics between them have a relative error of 1e-5
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,10 +183,7 @@ def response_spectrum(
 
 
 def _peaks(steps: np.ndarray, a: np.ndarray, zeta: float, period: float) -> tuple[float, float]:
-    """Return the largest displacement [m] and absolute acceleration [m/s^2] of one oscillator.
-
-    Arguments: the `steps` (n,) [s] between the samples `a` (n + 1,) [m/s^2].
-    """
+    """Return the largest displacement and absolute acceleration; a (n + 1,) [m/s^2], steps (n,)."""
     from scipy.signal import lfilter
 
     omega = 2.0 * np.pi / period

@@ -143,11 +143,10 @@ class ResponseHistories(Drawable):
         return shares_of(self._only())
 
     def _only(self) -> ResponseHistory:
-        if len(self.results) > 1:
-            raise RequestError(
-                f"name the damper: [{next(iter(self.results))!r}], of {[*self.results]}"
-            )
-        return next(iter(self.results.values()))
+        first, *others = self.results
+        if others:
+            raise RequestError(f"name the damper: [{first!r}], of {[*self.results]}")
+        return self.results[first]
 
     def comparison(self) -> list[Peak]:
         """Return the largest responses that an engineer compares, for each damper.
@@ -222,9 +221,7 @@ class ResponseHistories(Drawable):
                 yield f"{damper}: at rest for {self.request.duration:g} s"
                 continue
             last = ", ".join(
-                f"{share:.0%} until {time:.4g} s"
-                if np.isfinite(time)
-                else f"{share:.0%} to the end"
+                f"{share:.0%} " + (f"until {time:.4g} s" if np.isfinite(time) else "to the end")
                 for share, time in zip(SHARES[::-1], history.last[::-1], strict=True)
             )
             sinks = ", ".join(f"{sink} {share:.1%}" for sink, share in shares_of(history).items())

@@ -36,18 +36,14 @@ from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
 BLOCK = 256
-
-PIECE_BYTES = 1 << 26
-"""Bytes of the loads that a thread has in memory at once, if no two orbits share theirs."""
-
+PIECE_BYTES = 1 << 26  # of loads in a thread's memory at once, if no two orbits share theirs
 EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
 
 
 def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:
     """Compute response histories into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with complete blocks left for --resume, and
-    `RequestError` if the archive cannot be written.
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with complete blocks saved.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
@@ -114,8 +110,7 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
     """Return the results of a range of orbits by name: arrays (orbits, ...).
 
     These are the quantities of `OF_LOADS` and `status`, and without axes the histories of
-    `result.HISTORIES` and the dissipated energies; NaN if an orbit failed.  No value depends on the
-    range that it is computed with.  `tell` is called while kernels are compiled.
+    `result.HISTORIES` and the dissipated energies; NaN if an orbit failed.
     """
     count = math.prod(request.shape)
     pieces = []
@@ -144,9 +139,7 @@ def numbers_of(
 ) -> Arrays:
     """Return the quantities (n,) of a system under the load of `each` orbit, by name.
 
-    Beside those of `OF_LOADS` there are `status` and `violations`, the number of times that the
-    limit of the scene was passed.  The `grid` holds parameters (n,); `tell` is called while kernels
-    are compiled.
+    Beside those of `OF_LOADS` there are `status` and the `violations` of the scene's limit.
     """
     rest = {id(load): load.with_({"impulse": 0.0}) if load.impulse else load for load in each}
     pairs = [(rest[id(load)], load.impulse * load.scale) for load in each]

@@ -16,16 +16,15 @@ from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 
+# the keys of a scan file; of these `load_system` reads `system` and `set`
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
-"""The keys of a scan file; of these `load_system` reads `system` and `set`."""
-
 _SYSTEM_KEYS = (
     "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
     "contact_2",
 )  # fmt: skip
 
+# the source of a force of 0 N, and of its frequency, in a system for loads in time
 _NOT_GIVEN = "not given: there is no harmonic force"
-"""The source of a force of 0 N, and of its frequency, in a system for loads in time."""
 
 
 @cache
@@ -109,14 +108,10 @@ def looks_like_path(text: str) -> bool:
 
 
 def system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
-    """Return the system of the entry `system` of a request file.
+    """Return the system of the entry `system` of a request file: a name, a `System`, or a table.
 
-    Arguments:
-        value: a catalog name, a `System`, or a table with `kind` and the parameters, beside `kind`
-            or in a table `parameters`.
-        name: the default name of the system of a table.
-        needs_force: whether amplitude and frequency of the harmonic force must be given; a load in
-            time needs none, and `refuse_without_force` refuses such a system elsewhere.
+    A table gets the default `name`.  With `needs_force` it must have amplitude and frequency of the
+    harmonic force; a load in time needs none, and `refuse_without_force` refuses them elsewhere.
     """
     if isinstance(value, System):
         return value
@@ -174,11 +169,8 @@ def _from_table(entry: Mapping[str, Any], name: str, needs_force: bool) -> Syste
 def _contact(
     entry: Mapping[str, Any], place: str, key: str, law: str
 ) -> tuple[dict[str, Any], str]:
-    """Return the constants in the table `place` of a system, and its law.
-
-    The law may stand there or beside the kind, under a `key`; `law` is the default.
-    """
-    constants = dict(table(place, entry.get(place, {})))
+    """Return the constants in the table `place` of a system, and its law, by default `law`."""
+    constants = dict(table(place, entry.get(place, {})))  # the law stands there or beside the kind
     if key in entry and "law" in constants:
         raise RequestError(f"{key} stands in [system], and law in [system.{place}]")
     law_name = constants.pop("law", entry.get(key, law))
@@ -194,11 +186,9 @@ def _contact(
 
 # ---- files that come with the program ------------------------------------------------------------
 
-
 _CLONE = Path(__file__).resolve().parents[2]
 # all others lie in `scans`
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
-_FIGURES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
@@ -206,21 +196,13 @@ def resource_text(name: str) -> str:
 
 
 def resource_path(name: str) -> Path:
-    """Return the path of a packaged file, which need not exist: a request, `dampers.toml` ...
-
-    A wheel holds them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
-    """
+    """Return the path of a packaged file: in `nlds_vines/_data` of a wheel, else in the clone."""
     packed = _packed() / name
-    if packed.is_file():
-        return packed
-    return _CLONE / _FOLDER_IN_CLONE.get(name, "scans") / name
+    return packed if packed.is_file() else _CLONE / _FOLDER_IN_CLONE.get(name, "scans") / name
 
 
 def request_path(source: str | os.PathLike[str]) -> Path:
-    """Return the path of a request file.
-
-    A name without a folder that is not in the working directory is that of a packaged file.
-    """
+    """Return the path of a request file; a bare name that does not exist is a packaged one's."""
     path = Path(source)
     packaged = resource_path(path.name)
     is_missing = path.name == os.fspath(source) and not os.path.lexists(path)
@@ -229,7 +211,7 @@ def request_path(source: str | os.PathLike[str]) -> Path:
 
 def figure_files() -> list[Path]:
     folder = _packed() if _packed().is_dir() else _CLONE / "scans"
-    return sorted(path for pattern in _FIGURES for path in folder.glob(pattern))
+    return sorted([*folder.glob("figure*.toml"), *folder.glob("study-*.toml")])
 
 
 def _packed() -> Path:

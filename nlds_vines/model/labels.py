@@ -28,11 +28,12 @@ _WORDS = {
     FLAGS["chaotic"]: "chaos",
     FLAGS["failed"]: "failed",
 }
-PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)")
-"""The labels of periodic orbits, as `name_of` writes them."""
 
-TRANSIENT = "transient chaos to "
-"""The beginning of the label of an orbit with a long chaotic transient."""
+# the labels of periodic orbits, as `name_of` writes them
+PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)")
+TRANSIENT = "transient chaos to "  # begins the label of an orbit with a long chaotic transient
+CHAOS = "chaos"
+UNKNOWN = ("undetermined", "failed", "")  # name no regime: no count of regimes includes them
 
 
 def name_of(period: int, impacts: int) -> str:
@@ -72,12 +73,6 @@ def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
 # ---- labels of many orbits -----------------------------------------------------------------------
 
 
-UNKNOWN = ("undetermined", "failed", "")
-"""Labels that name no regime, which no count of regimes includes."""
-
-CHAOS = "chaos"
-
-
 def final(label: str) -> str:
     """Return the regime that an orbit ended in: `transient chaos to T,0` ended in `T,0`."""
     return label.removeprefix(TRANSIENT)
@@ -91,8 +86,7 @@ def finals(labels: np.ndarray) -> np.ndarray:
 def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
     """Return the share of the starts (..., starts) in a regime, shape (...), from 0 to 1.
 
-    If `wanted` is a final regime such as `T,0`, every start that ended in it counts; if it is
-    `transient chaos to T,0`, only those that were chaotic before.
+    Every start that ended in it counts; of `transient chaos to T,0`, those chaotic before.
     """
     compared = labels if wanted.startswith(TRANSIENT) else finals(labels)
     return (compared == wanted).mean(axis=-1)
@@ -101,8 +95,7 @@ def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
 def coexisting(labels: np.ndarray) -> np.ndarray:
     """Return the least number of coexisting regimes of each cell: (..., starts) to integers (...).
 
-    It counts the different final regimes of the starts, unknown ones excluded.  Chaos does not
-    count if one start has left it: the chaos of the other starts may end as well.
+    Chaos does not count if one start has left it: that of the other starts may end as well.
     """
     words, index = _words(labels)
     ends = [final(word) for word in words]
@@ -118,11 +111,10 @@ def coexisting(labels: np.ndarray) -> np.ndarray:
 
 
 def most_frequent(labels: np.ndarray) -> np.ndarray:
-    """Return one label for each cell, (..., starts) to strings (...).
+    """Return the final regime of most starts of each cell, (..., starts) to strings (...).
 
-    It is the final regime of most starts.  Of equally frequent regimes, it is one that is not
-    unknown, and then the one that is more frequent in all cells.  The label begins with `transient
-    chaos to` if more than half of these starts were chaotic before.
+    Of equally frequent regimes, it is one that is not unknown, and then the one that is more
+    frequent in all cells.  It begins with `TRANSIENT` if most of these starts were chaotic before.
     """
     words, index = _words(labels)
     ends = np.array([final(word) for word in words])

@@ -14,8 +14,7 @@ from nlds_vines.model.system import System, modulus
 class Response:
     """The steady state without contact, at frequencies `omega` [rad/s] of the force, any shape.
 
-    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m]; X2 is None without a
-    damper.
+    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].
     """
 
     system: System
@@ -71,13 +70,10 @@ def response(system: System, omega: np.ndarray) -> Response:
 
 
 def flow_matrix(system: System) -> np.ndarray:
-    """Return the matrix A of the motion without contact, dy/dt = A y; shape (6, 6).
+    """Return the matrix A of the motion without contact, dy/dt = A y, by equation (5); (6, 6).
 
-    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s].  With the force among the
-    unknowns the system is autonomous, and its solution is y(t) = exp(A t) y(0).  Without a damper
-    the third and fourth number are those of a free mass of 1 kg.
-
-    Source: equation (5) without contact.
+    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s] has the force among the
+    unknowns: y(t) = exp(A t) y(0).  Without a damper x2 is that of a free mass of 1 kg.
     """
     p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
     m1, k1, c1 = system.structure
@@ -92,10 +88,7 @@ def flow_matrix(system: System) -> np.ndarray:
 
 
 def steady_state(system: System) -> np.ndarray:
-    """Return the state of the steady motion without contact at t = 0.
-
-    x1, v1, x2, v2 [m, m/s], shape (4,); without a damper x1, v1, shape (2,).
-    """
+    """Return the state (2,) or (4,) of the steady motion without contact at t = 0."""
     omega = system.parameters["omega"]
     phasors = response(system, np.array([omega]))
     amplitudes = [X[0] for X in (phasors.X1, phasors.X2) if X is not None]
@@ -108,8 +101,7 @@ def steady_state(system: System) -> np.ndarray:
 def energy_alone(cells: np.ndarray) -> np.ndarray:
     """Return E1max [J] of the structure without its damper, in the shape of `cells`.
 
-    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|; infinite at resonance
-    without damping.
+    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|.
     """
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     with np.errstate(all="ignore"):
@@ -117,11 +109,7 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
 
 
 def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the steady response of the structure without its damper, by name.
-
-    Arrays in the shape of `cells`: largest and rms x1 [m], v1 [m/s] and a1 [m/s^2] of
-    x1 = X cos(omega t + ...), with X as in `energy_alone`.
-    """
+    """Return largest and rms x1 [m], v1 and a1 of the structure without its damper, by name."""
     omega, by_name = cells["omega"], {}
     with np.errstate(all="ignore"):
         largest = _amplitude_alone(cells)

@@ -69,23 +69,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Law:
-    """One contact law: how a wall acts on the damper.
-
-    Attributes:
-        constants: the names of its parameters.
-        instead: a parameter that may replace all constants; "" for none.
-        optional: parameters that may be added; 0 by default.
-        parameters: the parameters that no earlier law has.
-        force: returns the force [N] from the constants by name, the depth z > 0 [m] and its rate
-            dz/dt = s [m/s], arrays; None if an impact takes no time.
-    """
+    """One contact law: how a wall acts on the damper."""
 
     name: str
     meaning: str
     constants: tuple[str, ...]
-    instead: str = ""
-    optional: tuple[str, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
+    instead: str = ""  # a parameter that may replace all constants
+    optional: tuple[str, ...] = ()  # parameters that may be added; 0 by default
+    parameters: tuple[Parameter, ...] = ()  # those that no earlier law has
+    # the force [N] by the constants, the depth z > 0 [m] and its rate dz/dt = s [m/s], arrays;
+    # None if an impact takes no time
     force: Callable[[Mapping[str, float], np.ndarray, np.ndarray], np.ndarray] | None = None
 
     @property
@@ -101,8 +94,7 @@ class Law:
         return (self.instead,) if self.instead else self.constants
 
 
-DAMPING = "hunt_crossley"
-"""The constant a [s/m] of Hunt and Crossley's damping, a factor max(0, 1 + a dz/dt)."""
+DAMPING = "hunt_crossley"  # the constant a [s/m] of a factor max(0, 1 + a dz/dt)
 
 
 def _of_power(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -174,13 +166,11 @@ _LAWS = (
 
 LAWS: Mapping[str, Law] = {law.name: law for law in _LAWS}
 
+# the names of the constants that the kernels of all laws read
 _IN_KERNELS = {name for law in _LAWS for name in law.needed + law.optional}
-
 CONSTANTS = tuple(one.name for law in _LAWS for one in law.parameters if one.name in _IN_KERNELS)
-"""The names of the constants that the kernels of all laws read."""
 
-SECOND = "_2"
-"""The suffix of the law and the constants of a second wall with a law of its own: K_2, law_2."""
+SECOND = "_2"  # ends the law and the constants of a second wall with a law of its own: K_2, law_2
 
 
 def of_second(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -190,17 +180,10 @@ def of_second(names: tuple[str, ...]) -> tuple[str, ...]:
 # ---- parameters ----------------------------------------------------------------------------------
 
 STRUCTURE = ("m1", "k1", "c1")
-
-DAMPER = ("m2", "k2", "c2")
-"""The parameters of the damper and its joint with the structure: mass, stiffness, damping."""
-
+DAMPER = ("m2", "k2", "c2")  # and of its joint with the structure
 OSCILLATOR = ("m", "k", "c")
-
 FORCING = ("P", "omega")
-
-CONTACT = HERTZ.constants
-"""The constants of a Hertz contact, equation (4); `K` may replace all seven."""
-
+CONTACT = HERTZ.constants  # equation (4); `K` may replace all seven
 
 _ALL = (
     Parameter("m1", "m₁", "kg", "mass of the primary structure", low=0, above=True),

@@ -29,63 +29,40 @@ from nlds_vines.kernels.scene.codes import (
 )
 from nlds_vines.model.scenes import BASES, Scene
 
-STRUCTURE = "structure"
-"""The name of the forced body; kinds of one mass have another one (`Scene.body`)."""
-
+STRUCTURE = "structure"  # the forced body; kinds of one mass have another one (`Scene.body`)
+# where a number is drawn by default: on maps, the first recorded one first; as panels of diagrams
+# without a section; in the section at impact; below the other panels of a diagram
 MAPS, CURVES, TOUCHED, BELOW = "maps", "curves", "touched", "below"
-"""Where a number is drawn by default: on maps, where the first recorded one is the default; as
-panels of diagrams without a section; in the section at impact; below the other panels of a
-diagram."""
-
+# scales: symmetric about zero; logarithmic, with zero as round-off; a color for each period;
+# logarithmic from one period on
 SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
-"""Scales: symmetric about zero; logarithmic, with zero as round-off; a color for each period;
-logarithmic from one period on."""
-
 _LONGEST = 48  # characters of a label along an axis
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """One dataset of a scan: its meaning, its place in the kernels' buffers, its look.
-
-    Attributes:
-        name: of its dataset.
-        unit: SI, in the notation of CF; "1" for a number without one.
-        words: its meaning; {body} and {first} are the forced body, {x} and {v} its coordinates.
-        record: the records, of `RECORDS`, that contain it; () for every scan.  A scene that has
-        this quantity can have the first of them recorded.
-        label, symbol: on axes; by default the beginning of `words`, and none.
-        has: predicate of the scenes that have it; by default all.
-        dims: the dimensions after `start`; `wall` only with two walls.
-        dtype, fill: as in `archives.dataset.Dataset`.
-        beside: a record that must be requested as well.
-        buffer, column: the field of `batch.Outputs` that stores it, and the column in it, None for
-            the whole field; for a quantity of each wall, the first column.
-        of: in place of a column, a function of the buffer; of `section`, of the sampled periods.
-        reduced: whether it is compared with that of the structure alone.
-        drawn: places, of `MAPS`, `CURVES`, `TOUCHED` and `BELOW`.
-        scale: of `SIGNED`, `ERROR`, `PERIOD` and `WAIT`; by default linear over its range.
-        width: the name of the quantity that holds half the width of its interval.
-    """
+    """One dataset of a scan: its meaning, its place in the kernels' buffers, its look."""
 
     name: str
-    unit: str
-    words: str
+    unit: str  # SI, in the notation of CF; "1" for a number without one
+    words: str  # its meaning; {body} and {first}: the forced body, {x} and {v}: its coordinates
+    # the records that contain it, () for every scan; a scene that has this quantity can have the
+    # first of them recorded
     record: tuple[str, ...]
-    label: str = ""
+    label: str = ""  # on axes, by default the beginning of `words`
     symbol: str = ""
-    has: Callable[[Scene], Any] = lambda scene: True
-    dims: tuple[str, ...] = ()
-    dtype: str = "float64"
+    has: Callable[[Scene], Any] = lambda scene: True  # of the scenes that have it
+    dims: tuple[str, ...] = ()  # after `start`; `wall` only with two walls
+    dtype: str = "float64"  # as in `archives.dataset.Dataset`
     fill: float | int | str = np.nan
-    beside: str = ""
-    buffer: str = ""
-    column: int | None = None
-    of: Callable[[np.ndarray], np.ndarray] | None = None
-    reduced: bool = False
-    drawn: tuple[str, ...] = ()
-    scale: str = ""
-    width: str = ""
+    beside: str = ""  # a record that must be requested as well
+    buffer: str = ""  # the field of `batch.Outputs` that stores it
+    column: int | None = None  # in the buffer; None for all of it; of each wall: the first one
+    of: Callable[[np.ndarray], np.ndarray] | None = None  # of the buffer, in place of a column
+    reduced: bool = False  # whether it is compared with that of the structure alone
+    drawn: tuple[str, ...] = ()  # of `MAPS`, `CURVES`, `TOUCHED`, `BELOW`
+    scale: str = ""  # of `SIGNED`, `ERROR`, `PERIOD`, `WAIT`; by default linear over its range
+    width: str = ""  # the name of the quantity that is half the width of its interval
 
     @cached_property
     def single(self) -> bool:
@@ -127,9 +104,8 @@ def clause(text: str) -> str:
 
 # ---- quantities of scans -------------------------------------------------------------------------
 
+# impacts per sampled period up to which all touches of an orbit are recorded, in sequence
 TOUCHES = 4
-"""Room for touches, in impacts per sampled period: an orbit with at most so many impacts per period
-has all of its touches recorded, in sequence."""
 
 _ORDER = (
     "section", "impacts", "speeds", "impact_section", "modulation", "energy", "peak", "response",
@@ -476,9 +452,7 @@ def stored_in(buffer: str) -> tuple[Quantity, ...]:
 
 # ---- quantities under a load ---------------------------------------------------------------------
 
-SHARES = (0.01, 0.1, 0.5)
-"""Shares of the largest E1; `last_1`, `last_10`, `last_50` are the last times above them."""
-
+SHARES = (0.01, 0.1, 0.5)  # of the largest E1, above which `last_1` ... are the last times
 WAYS = ("c1", "c2", "contact")  # what dissipates energy: the dashpots and the contacts
 
 

@@ -23,16 +23,11 @@ from nlds_vines.model.parameters import (
     of_second,
 )
 
-Values = Mapping[str, Any]
-"""Parameters by name, in SI units; each a float, or an array if it varies."""
+Values = Mapping[str, Any]  # parameters in SI units; each a float, or an array if it varies
 
-LONGEST_NAME = 16
-"""Letters of the longest name in `Scene.struck`, the width of a column in tables of impacts."""
-
+LONGEST_NAME = 16  # letters in `Scene.struck`, the width of a column in tables of impacts
 FOOT = "+foot"  # the suffix of a kind in `Scene.key` if the foot of the structure moves
-
-BASES = ("base_displacement", "base_acceleration")
-"""Amplitudes of the ground's motion, one of which may replace the force: [m], [m/s^2]."""
+BASES = ("base_displacement", "base_acceleration")  # of the ground, in place of the force
 
 
 @dataclass(frozen=True)
@@ -43,44 +38,29 @@ class Scene:
     rests at u = `rest`, and r = `rest` - u is its shortening.  `rest`, the gaps and the limit are
     functions of the parameters by name (floats or arrays alike) that return meters, None for a part
     that the scene does not have.
-
-    Attributes:
-        parameter_names: the names of the parameters, without those of the contact.
-        rest: u at which the spring rests; None without a damper.
-        gap_near: r at touch of the wall that pushes the damper in +x2.
-        gap_far: -r at touch of the wall that pushes the damper in -x2.
-        limit: r that must not be reached although no wall is there; reaching it is reported as a
-            violation and is no impact.
-        obstacle: returns the positions u [m] of the lines in a picture, by name; of walls on the
-            ground, positions x.
-        struck: the body that the near and the far wall belong to.
-        load: the constant force per mass [m/s^2] on the structure towards the near wall, or None.
-        shaken: "Y" or one of `BASES` if that parameter of the ground's motion replaces the force.
-        body: the name of the forced body.
-        second: the wall, "near" or "far", that may have a law of its own, `law_2`; "" for none.
-        optional: the optional parameters of the laws that are present.
-        components: the names of the state's components, in the order of kernels and archives: two,
-            or four with a damper [m, m/s, m, m/s].
     """
 
     kind: str
     meaning: str
-    parameter_names: tuple[str, ...]
-    rest: Callable[[Values], Any] | None = None
-    gap_near: Callable[[Values], Any] | None = None
-    gap_far: Callable[[Values], Any] | None = None
-    limit: Callable[[Values], Any] | None = None
+    parameter_names: tuple[str, ...]  # without those of the contact
+    rest: Callable[[Values], Any] | None = None  # u at which the spring rests
+    gap_near: Callable[[Values], Any] | None = None  # r at touch of the wall that pushes in +x2
+    gap_far: Callable[[Values], Any] | None = None  # -r at touch of the wall that pushes in -x2
+    limit: Callable[[Values], Any] | None = None  # r without a wall; reaching it is a violation
+    # positions u [m] of the lines in a picture, by name; of walls on the ground, positions x
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
-    struck: Mapping[str, str] = field(
+    struck: Mapping[str, str] = field(  # the bodies that the walls belong to
         default_factory=lambda: {"near": "obstacle", "far": "obstacle"}
     )
+    # constant force per mass [m/s^2] on the structure towards the near wall
     load: Callable[[Values], Any] | None = None
-    shaken: str = ""
-    body: str = "structure"
-    second: str = ""
+    shaken: str = ""  # "Y" or one of `BASES`: the ground's motion, in place of the force
+    body: str = "structure"  # the forced body
+    second: str = ""  # the wall, "near" or "far", that may have a law of its own, `law_2`
     law: Law = HERTZ
     law_2: Law | None = None
-    optional: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()  # the optional parameters of the laws that are present
+    # of the state, in the order of kernels and archives [m, m/s, m, m/s]
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
 
     def __post_init__(self) -> None:

@@ -40,9 +40,8 @@ from nlds_vines.model.system import System, refuse_contradiction
 Made = TypeVar("Made")
 
 
+# validates the value of the key that it is given the name of: returns the value as it is stored
 Check = Callable[[str, Any], Any]
-"""Validates the value of a key, which it is given the name of: returns the value as it is stored,
-or raises `RequestError`."""
 
 
 @dataclass(frozen=True)
@@ -109,27 +108,16 @@ class Checked:
 
 @dataclass(frozen=True)
 class Setting:
-    """The description of one key of a request file.
+    """The description of one key of a request file."""
 
-    Attributes:
-        table: its table, without brackets; for an array of tables, `[column]` with brackets. If
-        empty, the table is the attribute `table` of the class.
-        words: its meaning, in Markdown, for the help of its option and the page of keys.
-        form: the placeholder of the option's value in the help, such as PERIODS; empty: no option.
-        option, key: the names of its option and its key, by default that of the field.
-        usual: the default in words, if the field's own does not say it.
-        replaces: the keys of the table that an override of this one removes, such as the steps of
-            a method if another method is chosen.
-    """
-
-    table: str
+    table: str  # or `[column]`, an array of tables; if empty, the attribute `table` of the class
     check: Check
-    words: str
-    form: str = ""
-    option: str = ""
+    words: str  # its meaning, in Markdown, for the help of its option and the page of keys
+    form: str = ""  # the value of the option in the help, such as PERIODS; empty: no option
+    option: str = ""  # by default the name of the field, as is the key
     key: str = ""
-    usual: str = ""
-    replaces: tuple[str, ...] = ()
+    usual: str = ""  # the default in words, if the field's own does not say it
+    replaces: tuple[str, ...] = ()  # keys that an override removes: the steps of another method
     default: Any = None
 
     @property
@@ -174,10 +162,9 @@ def _settings_of(owner: Any, table: str | None) -> dict[str, Setting]:
 
 
 def check_settings(owner: Any) -> None:
-    """Validate the fields of an object by their settings; None stays if it is the default.
+    """Validate the fields of an object made in Python; None stays if it is the default.
 
-    This is for objects made in Python; of those made from a document, `Form.read` has validated
-    the same settings before, and its errors name file and table.
+    Of a document, `Form.read` has validated them before: its errors name file and table.
     """
     for name, entry in settings_of(owner).items():
         value = getattr(owner, name)
@@ -200,7 +187,7 @@ class Request(Outlined):
         raise NotImplementedError
 
     def starts_inside(self) -> list[str]:
-        """Return lines that say which orbits start inside a wall; empty if none does."""
+        """Return a line for each kind of orbit that starts inside a wall."""
         return []
 
     def to_toml(self) -> str:
@@ -227,23 +214,16 @@ class Request(Outlined):
 
 Document = Mapping[str, Any]  # the content of a TOML file, as nested tables
 
-LENT = ("title", "system", "set", "sampling")
-"""The keys that a command uses even from a file for another kind of request."""
-
-MARKS = (
+LENT = ("title", "system", "set", "sampling")  # used even from a file for another kind of request
+SHARED = ("start", "search")  # tables with a meaning of their own in each kind of request
+MARKS = (  # keys that only some kinds of request have at the top of their files
     "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "along",
     "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
 )  # fmt: skip
-"""Keys that only some kinds of request have at the top of their files."""
-
-SHARED = ("start", "search")
-"""Tables that several kinds of request have, each with a meaning of its own."""
-
-SAMPLING = frozenset(
+SAMPLING = frozenset(  # all keys of [sampling], of whatever kind of request
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
      "period_steps", "samples", "windows", "duration", "settle")
 )  # fmt: skip
-"""All keys of [sampling], of whatever kind of request."""
 
 
 @dataclass(frozen=True)
@@ -254,25 +234,16 @@ class Form:
     command line, keywords of a function) merged over it.  The fields of the `owners` validate the
     merged document, once.  Of a file for another kind of request, this kind uses title, system,
     [set] and the keys of [sampling] that both have.
-
-    Attributes:
-        owners: the classes whose settings the file has.
-        names: the tables whose keys are names of parameters, merged entry by entry.
-        whole: such tables that a table of changes replaces as a whole.
-        rows: the class of the entries of each array of tables, by its key, `column`.
-        nested: the names that stand with a dot in a table of parameters, `tone.omega`, or as a
-            table of their own.
-        systems: whether a `System`, or the name of one, may replace a file.
     """
 
     kind: str
-    owners: tuple[type, ...]
-    names: tuple[str, ...] = ("set",)
-    whole: tuple[str, ...] = ()
+    owners: tuple[type, ...]  # the classes whose settings the file has
+    names: tuple[str, ...] = ("set",)  # tables by names of parameters, merged entry by entry
+    whole: tuple[str, ...] = ()  # such tables that a table of changes replaces as a whole
     lists: tuple[str, ...] = ()
-    rows: Mapping[str, type] = field(default_factory=dict)
-    nested: Collection[str] = ()
-    systems: bool = True
+    rows: Mapping[str, type] = field(default_factory=dict)  # the classes of arrays of tables
+    nested: Collection[str] = ()  # tables in tables of parameters: `tone.omega`
+    systems: bool = True  # whether a `System`, or the name of one, may replace a file
     sources: str = "a path, a name, a table or a System"
 
     @cached_property
@@ -293,9 +264,6 @@ class Form:
         """Merge changes over the document of a source, and validate every setting.
 
         `changes_from` and `where` are the names of changes and source in messages.
-
-        A change of a value removes the entries that its setting `replaces`; a change to the same
-        value does so only if an entry of the source replaces its key.
         """
         where, below, left = self._open(source, where)
         above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
@@ -308,6 +276,8 @@ class Form:
                     table(name, layer[name])
         merged = {**below, **above}
         for name in (below.keys() & above.keys() & self.tables.keys()).difference(self.whole):
+            # a change of a value removes the entries that its setting `replaces`; a change to the
+            # same value does so only if an entry of the source replaces its key
             old, new, settings = below[name], above[name], self.tables[name]
             displaced = {key for one in old if one in settings for key in settings[one].replaces}
             gone = {
@@ -328,10 +298,7 @@ class Form:
         return document
 
     def _open(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
-        """Return the name of a source in messages, its document, and the keys for other tasks.
-
-        The latter are None if the source is no file.
-        """
+        """Return the name of a source, its document, and a file's keys for other tasks."""
         if document := getattr(source, "document", None):
             source = document()
         if self.systems and isinstance(source, str) and not source.endswith(".toml"):
@@ -474,10 +441,7 @@ class Merged:
         return system
 
     def title(self, *outdated_by: str) -> str | None:
-        """Return the title; None if there is none.
-
-        The title of a file stays.  Any other one is outdated if the changes have one of these keys.
-        """
+        """Return the title; None if there is none, or if changes outdate one that is in no file."""
         (where, below), (changes_from, above) = self.layers
         if "title" not in above and (
             "title" not in below or (self.left is None and self.is_changed(*outdated_by))

@@ -40,11 +40,10 @@ from nlds_vines.model.ratios import (
 )
 from nlds_vines.model.scenes import BASES, SCENES, Scene
 
-_FIELDS = {
+_FIELDS = {  # of a cell, by parameters that are copied; a single mass has names of its own
     **{name: name for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")},
     **{"m": "m1", "k": "k1", "c": "c1"},
 }
-"""The field of a cell for each parameter that is copied; a single mass has names of its own."""
 
 CELL = np.dtype(
     [
@@ -60,15 +59,13 @@ spring's shortening, and `far`, its lengthening [m], at which the walls are touc
 have is 0, and no kernel reads it."""
 
 _OF_LAWS = tuple(name for name in CONSTANTS if name != "K")
-NEAR = "near_contact"
-"""The field of a cell for the constants of the near wall's contact, if it has its own."""
+NEAR = "near_contact"  # the field for the constants of the near wall, if it has its own
 
 
 def cell_type(scene: Scene) -> np.dtype:
     """Return the type of the records of a scene's cells: `CELL`, and the fields of other laws.
 
-    These are the constants of the laws, under their names; those of the near wall in the field
-    `NEAR` if the two walls differ; and `load` [m/s^2], a constant force on the structure per mass.
+    These are the constants of the laws, nested in `NEAR` for a near wall of its own, and `load`.
     """
     has_others = bool(scene.walls) and (scene.laws != (HERTZ,) or bool(scene.optional))
     return _cell_type(scene.load is not None, scene.law_2 is not None, has_others)
@@ -152,24 +149,17 @@ class System(Outlined):
         for name, value in values.items():
             values[name] = number(name, value)
             PARAMETERS[name].check(values[name])
-        ratios = {**self.fixed_ratios, **_ratios_in(scene, self.parameters)}
-        self._set(values, ratios, self.sources, self.assumptions)
         object.__setattr__(self, "name", self.name or self.kind)
-
-    def _set(
-        self,
-        parameters: dict[str, float],
-        ratios: Mapping[str, float],
-        sources: Mapping[str, str],
-        assumptions: Mapping[str, str],
-    ) -> None:
-        self.__dict__.update(
-            parameters=MappingProxyType(parameters),
-            fixed_ratios=MappingProxyType(dict(ratios)),
-            sources=MappingProxyType(dict(sources)),
-            assumptions=MappingProxyType(dict(assumptions)),
+        self._set(
+            parameters=values,
+            fixed_ratios={**self.fixed_ratios, **_ratios_in(scene, self.parameters)},
+            sources=self.sources,
+            assumptions=self.assumptions,
         )
-        _ = self._cell
+
+    def _set(self, **tables: Mapping[str, Any]) -> None:
+        self.__dict__.update({k: MappingProxyType(dict(v)) for k, v in tables.items()})
+        _ = self._cell  # which refuses parameters out of proportion
 
     def heading(self) -> str:
         """Return its name and title."""
@@ -349,19 +339,19 @@ class System(Outlined):
         )
         unchanged = merged.keys() - changed
         sources = {name: text for name, text in self.sources.items() if name in unchanged}
+        stay = still_set(scene, self.fixed_ratios, overrides)
         system._set(
-            merged,
-            still_set(scene, self.fixed_ratios, overrides) | _ratios_in(scene, overrides),
-            sources | dict.fromkeys(sorted(changed), "set by the user"),
-            {name: text for name, text in self.assumptions.items() if name in unchanged},
+            parameters=merged,
+            fixed_ratios=stay | _ratios_in(scene, overrides),
+            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
+            assumptions={n: text for n, text in self.assumptions.items() if n in unchanged},
         )
         return system
 
     def with_axes(self, names: Iterable[str]) -> System:
-        """Return the system with all optional parameters of these names, 0 if it had none.
+        """Return the system with these parameters in its scene, those that were optional at 0.
 
-        A parameter that varies is part of the scene, even if one of its values is 0; and it is no
-        longer set as a ratio.
+        One that varies is part of the scene even at the value 0, and no longer set as a ratio.
         """
         names = list(names)
         stay = still_set(self.scene, self.fixed_ratios, names)
@@ -402,12 +392,9 @@ class System(Outlined):
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
         """Return the records of dtype `CELL` for the kernels, one for each point of a grid.
 
-        Arguments: `grid` holds the varied parameters by name, ratios among them, as arrays that
-        broadcast together; the result has their common shape, () for an empty grid.
-
-        If the ground moves, P is the force that it exerts in each cell.
-
-        Raises `RequestError`, which names parameter and value, if one is not allowed.
+        `grid` holds varied parameters and ratios by name, arrays that broadcast together.  If the
+        ground moves, P is the force that it exerts in each cell.  Raises `RequestError`, which
+        names parameter and value, if one is not allowed.
         """
         if not grid:
             return self._cell.copy()
@@ -424,11 +411,7 @@ class System(Outlined):
 
 
 def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) -> np.ndarray:
-    """Return the records (shape) of parameters that are floats or arrays.
-
-    Raises `RequestError` if a gap, the rest offset, the limit or the load is not finite, if two
-    walls overlap, and if the damper would rest at or beyond its limit.
-    """
+    """Return the records (shape) of parameters that are floats or arrays."""
     cells = np.zeros(shape, cell_type(scene))
     for name, field_name in _FIELDS.items():
         if name in values:
@@ -471,15 +454,9 @@ def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) ->
 
 @lru_cache(maxsize=64)  # of many systems with one contact, the first computes it
 def _stiffness(*constants: Any) -> Any:
-    """Return the contact stiffness K [N/m^1.5] of two elastic bodies.
-
-    Arguments: E1, E2 [Pa], nu1, nu2, A, B [1/m] and q1; each a float or an array.
+    """Return the contact stiffness K [N/m^1.5] of two elastic bodies, by equation (4).
 
     K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
-
-    Raises `RequestError` unless it is finite and positive.
-
-    Source: equation (4).
     """
     E1, E2, nu1, nu2, A, B, q1 = (np.asarray(value, dtype=np.float64) for value in constants)
     if np.any(A + B <= 0):
@@ -502,8 +479,6 @@ def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
 
     Relative to the ground it is m Y omega^2.  In absolute coordinates spring and dashpot exert
     k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
-
-    Raises `RequestError` if nothing joins structure and ground, and if the force is not finite.
     """
     omega = values["omega"]
     with np.errstate(all="ignore"):
@@ -597,10 +572,9 @@ def _merge(
     changes: Mapping[str, Any],
     ratios: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Merge `changes` into the parameters `before`; return all of the scene's, in its order.
+    """Merge `changes`, ratios among them, into the parameters `before`, in the scene's order.
 
-    A ratio among the changes becomes its parameter.  A parameter that was set as one of `ratios`
-    follows from the changed ones.
+    A parameter that was set as one of `ratios` follows from the changed ones.
     """
     if isinstance(changes.get("P"), Mapping):  # P = { base_displacement = Y } means that parameter
         inner = table("P", changes["P"], BASES)

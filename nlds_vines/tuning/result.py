@@ -126,9 +126,9 @@ class Optimum(Outlined):
     robustness: Mapping[str, float]  # the objective by perturbation, `none` among them
     finer: float = nan  # the objective with more values in each band
     searched: float | None = None  # the objective that chose it; with draws, this flatters it
-    nominal: float | None = None  # with draws: the nominal objective,
-    mean: float | None = None  # and its mean
-    quantile: float | None = None  # and quantile over the draws of the search
+    nominal: float | None = None  # without draws of uncertain parameters
+    mean: float | None = None  # over the draws of the search
+    quantile: float | None = None  # over the draws of the search
     impacts: float = nan  # with walls, of the worst case: per forcing period, or under the load
 
     @property

@@ -8,8 +8,7 @@ In reading order:
     blocks            the rectangles of cells that are computed as one; whether there is room
     run               one block through the kernels; block after block, from request to archive
     cluster           workers of a Dask cluster, which compute blocks
-    attractors        groups ends of orbits, matches attractors along parameters
-    attractor_ends    where orbits end, with an early stop near cycles; attractors as datasets
+    attractors        where orbits end, with an early stop near cycles; groups and numbers of ends
     picture/          diagrams, maps and response curves, drawn from the archive alone
     command           `python -m nlds_vines.bifurcation` and `nv.scan`
     curve_command     the command `response-curves` and `nv.response_curves`

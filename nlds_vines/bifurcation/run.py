@@ -46,7 +46,7 @@ from nlds_vines.runs.store import Arrays, Blocks, Write
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
-    from nlds_vines.bifurcation.attractor_ends import OrbitEnds
+    from nlds_vines.bifurcation.attractors import OrbitEnds
 
 _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
 COUNTED = ("status", "label", "violations", "violation_depth")  # the datasets that a tally looks at
@@ -159,7 +159,7 @@ class Computer:
         wanted = wanted_of(scan)
         self.ends: OrbitEnds | None = None
         if records.ATTRACTOR in scan.want:
-            from nlds_vines.bifurcation.attractor_ends import OrbitEnds  # with SciPy's searches
+            from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
         self._kernels = Kernels(wanted, tell, helped=helped)
@@ -462,26 +462,27 @@ def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Bloc
                 raise FileNotFoundError(f"block {block.index} is missing")
             yield block, arrays
 
-    table, scales, attractors = request.table, list(request.scales()), None
+    table, columns, attractors = request.table, [*request.inputs()], None
+    scales = {scale.name: scale for scale in request.scales()}
     if isinstance(request, Scan) and records.ATTRACTOR in request.want:
-        from nlds_vines.bifurcation.attractor_ends import AttractorTable
+        from nlds_vines.bifurcation.attractors import AttractorTable
 
         ends = Computer(request, helped=False).ends
         assert ends is not None
         attractors = AttractorTable(ends, saved(), interrupts.check)
-        table, scales = attractors.joined(), attractors.scales()
-    columns = [*request.inputs()]
+        columns += attractors.contents
+        scales |= {scale.name: scale for scale in attractors.scales}
     if columns:
         datasets = [*table.datasets.values(), *(entry for entry, _ in columns)]
-        table = Table.of(datasets, table.length)
+        lengths = {name: scale.values.size for name, scale in scales.items()}
+        table = Table.of(datasets, {**table.length, **lengths})
 
     def pieces() -> Iterator[archive.Piece]:
         for block, arrays in saved():
-            patched = arrays if attractors is None else attractors.patched(block, arrays)
-            for name, array in patched.items():
+            if attractors is not None:
+                arrays |= {records.ATTRACTOR: attractors.numbers[block.selection]}
+            for name, array in arrays.items():
                 yield name, block.selection, array
-        if attractors is not None:
-            yield from attractors.pieces()
         yield from archive.whole(columns)
 
     spent, when = store.spent, provenance.now()
@@ -489,4 +490,4 @@ def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Bloc
     def attributes() -> dict[str, provenance.Value]:
         return provenance.attributes(request, request.about | spent, when)
 
-    return lambda path: archive.write(path, table, scales, pieces(), attributes)
+    return lambda path: archive.write(path, table, scales.values(), pieces(), attributes)

@@ -8,7 +8,6 @@ from planes import ALONG, PLANE
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import attractors
-from nlds_vines.bifurcation.attractor_ends import sample_size
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.labels import finals
 
@@ -169,9 +168,9 @@ def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest
 
 
 def test_a_sample_is_judged_where_it_is_less_than_half():
-    assert sample_size(nv.load_scan(PLANE)) == 200
+    assert attractors.sample_size(nv.load_scan(PLANE)) == 200
     # half of its 30 starts would be judged first
-    assert sample_size(nv.load_scan(ALONG)) == 0
+    assert attractors.sample_size(nv.load_scan(ALONG)) == 0
 
 
 @pytest.mark.parametrize(

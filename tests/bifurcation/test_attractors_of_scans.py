@@ -9,8 +9,8 @@ from rigid import CASES
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation import attractor_ends
-from nlds_vines.bifurcation.attractor_ends import AttractorTable
+from nlds_vines.bifurcation import attractors
+from nlds_vines.bifurcation.attractors import AttractorTable
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
@@ -236,17 +236,17 @@ def attractors_of(scan, tmp_path):
 
 @pytest.mark.parametrize("scan", REQUESTS.values(), ids=list(REQUESTS))
 def test_early_stops_end_as_plain_verdicts_do(scan, monkeypatch):
-    monkeypatch.setattr(attractor_ends, "SAMPLE", 20)
-    assert attractor_ends.sample_size(scan) == 20
+    monkeypatch.setattr(attractors, "SAMPLE", 20)
+    assert attractors.sample_size(scan) == 20
     early, plain = Computer(scan), Computer(replace(scan, want=("regime", "evidence")))
     orbits = early.orbits(np.arange(scan.lanes))
     stopped, verdicts = early.lanes(*orbits), plain.lanes(*orbits)
     labels = finals(verdicts["label"])
     assert (stopped["label"] == labels).all()
-    closed = np.flatnonzero([attractor_ends.period_of(label) == 1 for label in labels[:, 0]])
+    closed = np.flatnonzero([attractors.period_of(label) == 1 for label in labels[:, 0]])
     points = verdicts["orbit_point"][closed, 0]  # of nT, the point of another section may be given
     assert np.allclose(stopped["end_state"][closed, 0], points, rtol=1e-7, atol=1e-12)
-    closed = np.array([attractor_ends.period_of(label) > 0 for label in labels[:, 0]])
+    closed = np.array([attractors.period_of(label) > 0 for label in labels[:, 0]])
     arrival = stopped["arrival"][:, 0]
     assert (arrival[closed] >= 0).all()
     assert (arrival[~closed] == -1).all()
@@ -300,8 +300,8 @@ def test_an_attractor_that_no_start_comes_to_is_carried_on():
     for name in ("label", "end_state"):
         arrays[name][1, 1] = arrays[name][1, 0]
     table = AttractorTable(Computer(scan).ends, [(block, arrays)])
-    assert table.patched(block, arrays)["attractor"][..., 0].tolist() == [[0, 1], [0, 0], [0, 1]]
-    values = {name: array for name, _, array in table.pieces()}
+    assert table.numbers[..., 0].tolist() == [[0, 1], [0, 0], [0, 1]]
+    values = {entry.name: array for entry, array in table.contents}
     assert values["attractor_label"].tolist() == [["T,0", "T,1"]] * 3
     assert values["attractor_share"].tolist() == [[0.5, 0.5], [1.0, 0.0], [0.5, 0.5]]
 
@@ -309,8 +309,8 @@ def test_an_attractor_that_no_start_comes_to_is_carried_on():
 @pytest.fixture
 def sample_of_one(monkeypatch):
     """Let one orbit of each system be judged before others may stop early."""
-    monkeypatch.setattr(attractor_ends, "SAMPLE", 1)
-    monkeypatch.setattr(attractor_ends, "LEAST", 1)
+    monkeypatch.setattr(attractors, "SAMPLE", 1)
+    monkeypatch.setattr(attractors, "LEAST", 1)
 
 
 def arrays_of(path):

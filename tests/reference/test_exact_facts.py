@@ -28,6 +28,8 @@ from nlds_vines.orbits.simulation import simulate
 from scans import computed, scan_of
 
 SET6 = references()["ssul-set6"].numbers
+SSBL = references()["ssbl-omega6.05"].numbers
+DAMPERS = {"ssul": SET6, "ssbl": SSBL}
 STEEL = references()["ssul-set6-steel"].numbers["K"]
 LINEAR = ("section", "energy")
 
@@ -128,16 +130,12 @@ def test_defective_and_degenerate_flights(changes):
 # ---- the impact-free orbit of the SSul damper ----------------------------------------------------
 
 
-def on_steady_state(omega, periods, record=FULL):
-    p = {**SET6, "omega": omega}
-    start = steady_state(p, p["V"] + p["C"])
-    return p, start, simulate(system_of("ssul", p), periods, start=start, record=record)
-
-
 @pytest.mark.kernels
 @pytest.mark.parametrize("omega", [7.97, 9.0])
 def test_impact_free_orbit(omega):
-    p, expected, orbit = on_steady_state(omega, 100)
+    p = {**SET6, "omega": omega}
+    expected = steady_state(p, p["V"] + p["C"])
+    orbit = simulate(system_of("ssul", p), 100, start=expected, record=FULL)
     assert len(orbit.impacts) == 0
     np.testing.assert_allclose(orbit.section, np.tile(expected, (100, 1)), rtol=0, atol=1e-10)
     X = amplitudes(p)
@@ -146,21 +144,42 @@ def test_impact_free_orbit(omega):
     assert orbit.clearance == pytest.approx(p["C"] - shortening(p), abs=1e-12)
 
 
-@pytest.mark.parametrize("omega", [7.97, 9.0])
-def test_rest_leads_to_the_impact_free_orbit(omega):
-    p = {**SET6, "omega": omega}
-    orbit = follow_ssul(p, None, 3, transient=300)
+FAR_FROM_RESONANCE = [
+    *(("ssul", omega) for omega in (7.97, 9.0)),
+    *(pytest.param("ssbl", w, marks=pytest.mark.kernels) for w in (5.0, 5.2, 7.15, 8.0)),
+]
+
+
+@pytest.mark.parametrize(("kind", "omega"), FAR_FROM_RESONANCE)
+def test_rest_leads_to_the_impact_free_orbit(kind, omega):
+    p = {**DAMPERS[kind], "omega": omega}
+    system = system_of(kind, p)
+    orbit = simulate(system, 3, transient=300, record=BOTH)
     assert len(orbit.impacts) == 0
-    expected = steady_state(p, p["V"] + p["C"])
-    np.testing.assert_allclose(orbit.section, np.tile(expected, (3, 1)), rtol=0, atol=1e-10)
+    expected = np.tile(steady_state(p, system.rest), (3, 1))
+    np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
 
 
 @pytest.mark.kernels
-def test_admissible_above_and_not_below():
-    boundary = brentq(lambda omega: shortening({**SET6, "omega": omega}) - SET6["C"], 7.4, 7.6)
-    assert round(boundary, 4) == 7.4596
-    assert len(on_steady_state(boundary * (1 + 1e-7), 20)[2].impacts) == 0
-    assert len(on_steady_state(boundary * (1 - 1e-7), 20)[2].impacts) > 0
+@pytest.mark.parametrize(
+    ("kind", "boundary", "bracket", "inward", "wall"),
+    [
+        ("ssul", 7.4596, (7.4, 7.6), -1, "obstacle"),
+        ("ssbl", 5.2658, (5.0, 5.6), 1, "structure"),
+        ("ssbl", 7.0981, (6.8, 7.3), -1, "structure"),
+    ],
+)
+def test_where_the_impact_free_orbit_is_admissible(kind, boundary, bracket, inward, wall):
+    """The amplitude of x2 - x1, from linear algebra, must be below the smallest clearance."""
+    numbers = DAMPERS[kind]
+    gap = min(numbers["C"], numbers.get("D", np.inf))
+    exact = brentq(lambda omega: shortening({**numbers, "omega": omega}) - gap, *bracket)
+    assert round(exact, 4) == boundary
+    for side, walls in ((1, {wall}), (-1, set())):
+        p = {**numbers, "omega": exact * (1 + side * inward * 1e-7)}
+        system = system_of(kind, p)
+        orbit = simulate(system, 20, start=steady_state(p, system.rest), record=BOTH)
+        assert set(orbit.impacts["wall"]) == walls
 
 
 def mechanical_energy(p, states):
@@ -193,7 +212,7 @@ def test_energy_is_constant_without_damping_and_forcing(K):
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_mirrored_walls_mirror_the_orbit_bit_by_bit(method):
     """Unforced, with the walls exchanged: equation (5) is odd."""
-    numbers = {**references()["ssbl-omega6.05"].numbers, "P": 0.0, "c1": 0.0, "c2": 0.0}
+    numbers = {**SSBL, "P": 0.0, "c1": 0.0, "c2": 0.0}
     start = np.array([0.01, 1.0, -0.02, 1.5])
     one = kernel_cell(**numbers, near=0.03, far=0.05)
     other = kernel_cell(**numbers, near=0.05, far=0.03)
@@ -207,14 +226,13 @@ def test_mirrored_walls_mirror_the_orbit_bit_by_bit(method):
 
 @pytest.mark.kernels
 def test_two_distant_walls_are_no_walls():
-    numbers = {**references()["ssbl-omega6.05"].numbers, "C": 10.0, "D": 10.0}
+    numbers = {**SSBL, "C": 10.0, "D": 10.0}
     section, rows = follow_ssbl(numbers, 20)
     free = simulate(load_system("tmd", k2=215.0, c2=232.0, omega=6.05), 20, record=("section",))
     assert len(rows) == 0
     np.testing.assert_allclose(section - [0, 0, 10.0, 0], free.section, rtol=0, atol=1e-13)
 
 
-SSBL = references()["ssbl-omega6.05"].numbers
 FREE = {"c1": 0.0, "c2": 0.0, "P": 0.0}
 PEAKS = ("energy", "peak")
 FINEST = {"nodes": 24, "contact_steps": 64.0}

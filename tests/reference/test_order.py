@@ -6,6 +6,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.special import beta
 from support import (
+    BOTH,
     Approach,
     Impact,
     contact_parts,
@@ -15,8 +16,10 @@ from support import (
     follow_ssul,
     linear_flow,
     references,
+    system_of,
 )
 
+from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 
 FIXED = (1448.0, 2048.0, 2896.0, 4096.0, 5792.0, 8192.0)  # rk4 steps a period
@@ -154,8 +157,13 @@ def test_rigid_limit():
     assert differences[-1] < 1e-4
 
 
-SSUL = ("ssul-set6", "ssul-set6-omega7.45", "ssul-set6-steel")
 FINE = 2048.0  # rk4 steps a period
+REFERENCES = [
+    ("ssul-set6", 100),
+    ("ssul-set6-omega7.45", 100),
+    ("ssul-set6-steel", 100),
+    pytest.param("ssbl-omega6.05", 30, marks=pytest.mark.kernels),
+]
 
 
 @pytest.mark.parametrize(
@@ -167,12 +175,14 @@ FINE = 2048.0  # rk4 steps a period
         ),
     ],
 )
-@pytest.mark.parametrize("name", SSUL)
-def test_up_to_100_periods(name, bound, options):
+@pytest.mark.parametrize(("name", "periods"), REFERENCES)
+def test_reference_states(name, periods, bound, options):
     """The largest error of each state is measured in the growth of an error by then."""
     reference = references()[name]
-    orbit = follow_ssul(reference.numbers, None, 100, **options)
-    errors = np.abs(orbit.section - reference.states[:100]).max(axis=1)
-    assert (errors <= bound * reference.growth[:100]).all()
-    counts = counts_by_period(orbit.impacts["touch"], reference.parameters["omega"], 100)
-    np.testing.assert_array_equal(counts, reference.impacts[:100])
+    system = system_of(reference.parameters["kind"], reference.numbers)
+    orbit = simulate(system, periods, record=BOTH, **options)
+    errors = np.abs(orbit.section - reference.states[:periods]).max(axis=1)
+    assert (errors <= bound * reference.growth[:periods]).all()
+    counts = counts_by_period(orbit.impacts["touch"], system.parameters["omega"], periods)
+    np.testing.assert_array_equal(counts, reference.impacts[:periods])
+    assert len(set(orbit.impacts["wall"])) == len(system.scene.walls)

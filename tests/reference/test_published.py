@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from support import counts_by_period, references, shortening, steady_state, system_of
+from support import references, system_of
 
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Batch
@@ -14,27 +13,17 @@ from scans import computed, scan_of
 pytestmark = pytest.mark.kernels
 
 REFERENCE = references()["ssbl-omega6.05"]
-SSBL = {**load_system("ssbl").parameters, "K": load_system("ssbl").K}
-METHODS = {"exact": ({}, 1e-9), "rk4": ({"method": "rk4", "period_steps": 2048.0}, 1e-8)}
 
 
 # ---- the SSbl damper -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("options", "bound"), METHODS.values(), ids=METHODS)
-def test_the_named_system_follows_the_reference(options, bound):
-    """Between two walls it is as accurate as at one."""
+def test_the_named_system_is_that_of_the_reference():
     system = load_system("ssbl", omega=6.05)
-    for name, value in system.parameters.items():
-        if name in REFERENCE.numbers:
-            assert value == REFERENCE.numbers[name], name
-    assert pytest.approx(REFERENCE.numbers["K"], rel=1e-13) == system.K
-    orbit = simulate(system, 30, **options)
-    errors = np.abs(orbit.section - REFERENCE.states[:30]).max(axis=1) / REFERENCE.growth[:30]
-    assert errors.max() <= bound
-    counts = counts_by_period(orbit.impacts["touch"], 6.05, 30)
-    np.testing.assert_array_equal(counts, REFERENCE.impacts[:30])
-    assert set(orbit.impacts["wall"]) == {"structure", "obstacle"}
+    numbers = {"K": system.K, **system.parameters}
+    assert {name: numbers[name] for name in REFERENCE.numbers} == pytest.approx(
+        REFERENCE.numbers, rel=1e-13
+    )
 
 
 def test_exact_flight_converges_geometrically_between_two_walls():
@@ -46,29 +35,6 @@ def test_exact_flight_converges_geometrically_between_two_walls():
     assert np.exp(-np.polyfit(nodes, np.log(errors), 1)[0]) >= 4.5
     finest = simulate(system, 10, nodes=16, contact_steps=64.0).section
     assert np.abs(finest[-1] - REFERENCE.states[9]).max() <= 1e-12
-
-
-@pytest.mark.parametrize(
-    ("boundary", "bracket", "inward"), [(5.2658, (5.0, 5.6), 1), (7.0981, (6.8, 7.3), -1)]
-)
-def test_where_the_impact_free_orbit_is_admissible(boundary, bracket, inward):
-    """The amplitude of x2 - x1, from linear algebra, must be below the smaller of C and D."""
-    gap = min(SSBL["C"], SSBL["D"])
-    exact = brentq(lambda omega: shortening({**SSBL, "omega": omega}) - gap, *bracket)
-    assert round(exact, 4) == boundary
-    for side in (1, -1):
-        p = {**SSBL, "omega": exact * (1 + side * inward * 1e-7)}
-        orbit = simulate(system_of("ssbl", p), 20, start=steady_state(p, p["D"]))
-        assert set(orbit.impacts["wall"]) == ({"structure"} if side > 0 else set())
-
-
-@pytest.mark.parametrize("omega", [5.0, 5.2, 7.15, 8.0])
-def test_rest_leads_to_the_impact_free_orbit(omega):
-    p = {**SSBL, "omega": omega}
-    orbit = simulate(system_of("ssbl", p), 3, transient=300)
-    assert len(orbit.impacts) == 0
-    expected = np.tile(steady_state(p, p["D"]), (3, 1))
-    np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
 
 
 def test_regimes_of_the_bilateral_damper():

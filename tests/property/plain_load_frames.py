@@ -1,15 +1,15 @@
 """All numbers of all kinds under a force and on a moving ground, beside SciPy, inertial frame.
 
-The twin integrates absolute positions; a ground that moves is two more unknowns. What the package
-says to be relative is the difference from the ground's motion, what it says to be absolute is not.
+What the package says to be relative is the difference from the ground's motion, what it says to be
+absolute is not.
 """
 
 import math
 
 import numpy as np
 import pytest
+from inertial import V1, V2, X1, X2, Course, Twin, W, Y
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq, minimize_scalar
 
 import nlds_vines as nv
 from nlds_vines.model.system import System
@@ -40,7 +40,7 @@ DURATION, SAMPLES, HEIGHT = 9.0, 8, 0.2
 PRECISE = 2e-6  # of SciPy where the force has a kink
 SHARES = (0.01, 0.1, 0.5)
 
-X1, V1, X2, V2, Y, W, SQUARE, C1, C2, CONTACT, WORK = range(11)  # unknowns of the twin
+SQUARE, C1, C2, CONTACT, WORK = range(W + 1, W + 6)  # further unknowns of the twin
 
 
 def system_of(kind, law, widening):
@@ -57,104 +57,35 @@ def system_of(kind, law, widening):
     return System(kind, parameters | walls, law=name if walls else "hertz")
 
 
-class Twin:
-    """Equations of motion in the inertial frame, from the parameters and `physics` of each kind."""
+def load_at(t):
+    """Return the force, or the ground's acceleration."""
+    pulse = PULSE * math.sin(math.pi * t / LENGTH) if t < LENGTH else 0.0
+    return pulse + TONE * math.cos(OMEGA * t + PHASE)
 
-    def __init__(self, system, law, shaken):
-        p = self.p = dict(system.parameters)
-        self.kind, self.law, self.shaken = system.kind, law, shaken
-        self.damped = "m2" in p
-        self.m1, self.k1, self.c1 = (p.get(a, p.get(b, 0.0)) for a, b in zip(
-            ("m1", "k1", "c1"), "mkc", strict=True))  # fmt: skip
-        self.m2, self.k2, self.c2 = (p.get(name, 0.0) for name in ("m2", "k2", "c2"))
-        self.rest = p["V"] + p["C"] if self.kind == "ssul" else p.get("D", 0.0)
-        self.weight = p.get("g", 0.0) if self.kind == "ball" else 0.0
 
-    def walls(self, x1, u):
-        """Return (depth, sign) of each wall; the sign is of the force on what is struck."""
-        p, kind = self.p, self.kind
-        if kind == "ssul":
-            return [(p["V"] - u, 1.0)]
-        if kind == "ssbl":
-            return [(-u, 1.0), (u - p["D"] - p["C"], -1.0)]
-        if kind in ("ssvi-b", "ssvi-c"):
-            return [(u - p["D"] - p["C"], -1.0)]
-        if kind == "ball":
-            return [(-x1, 1.0)]
-        far = [(-x1 - p["C_2"], 1.0)] if kind == "oscillator-2" else []
-        return [(x1 - p["C"], -1.0), *far] if kind.startswith("oscillator") else []
+class Loaded(Twin):
+    """A twin under the load, by a force or by its ground, with energies as further unknowns."""
 
-    def elastic(self, z):
-        c = LAWS[self.law]
-        if self.law == "restitution" or z <= 0.0:
-            return 0.0
-        return c["kc"] * z if "kc" in c else c["K"] * z ** c.get("exponent", 1.5)
+    def __init__(self, system, shaken):
+        super().__init__(system, **{"ground" if shaken else "force": load_at})
+        self.shaken = shaken
 
-    def held(self, z):
-        """Return the elastic energy of a contact."""
-        c = LAWS[self.law]
-        return self.elastic(z) * max(z, 0.0) / ((1.0 if "kc" in c else c.get("exponent", 1.5)) + 1)
-
-    def push(self, z, rate):
-        """Return the force of a wall."""
-        c, elastic = LAWS[self.law], self.elastic(z)
-        if z <= 0.0:
-            return 0.0
-        if "kc" in c:
-            return max(0.0, elastic + c["cc"] * rate)
-        return elastic * max(0.0, 1.0 + c.get("hunt_crossley", 0.0) * rate)
-
-    def load(self, t):
-        """Return the force, or the ground's acceleration."""
-        pulse = PULSE * math.sin(math.pi * t / LENGTH) if t < LENGTH else 0.0
-        return pulse + TONE * math.cos(OMEGA * t + PHASE)
-
-    def at(self, t, y):
-        """Return (A1, A2, contact forces, power lost in contacts)."""
-        x1, v1 = y[X1] - y[Y], y[V1] - y[W]
-        u, s = y[X2] - y[X1], y[V2] - y[V1]
-        force = 0.0 if self.shaken else self.load(t)
-        on1, on2 = force - self.k1 * x1 - self.c1 * v1 - self.m1 * self.weight, 0.0
-        if self.damped:
-            pull = self.k2 * (u - self.rest) + self.c2 * s
-            on1, on2 = on1 + pull, -pull
-        forces, lost, struck = [], 0.0, s if self.damped else v1
-        for z, sign in self.walls(x1, u):
-            push = self.push(z, -sign * struck)
-            forces.append(push)
-            lost += (push - self.elastic(z)) * -sign * struck
-            on1, on2 = (on1 - sign * push, on2 + sign * push) if self.damped else (
-                on1 + sign * push, 0.0)  # fmt: skip
-        return on1 / self.m1, on2 / self.m2 if self.damped else 0.0, forces, lost
-
-    def slopes(self, t, y):
-        a1, a2, _, lost = self.at(t, y)
-        load, v1, v2 = self.load(t), y[V1] - y[W], y[V2] - y[W]
-        ground = load if self.shaken else 0.0
-        into = -ground * (self.m1 * v1 + self.m2 * v2) if self.shaken else load * v1
+    def integrands(self, a1, lost, t, y):
+        v1, v2 = y[V1] - y[W], y[V2] - y[W]
+        shaking = -self.ground(t) * (self.m1 * v1 + self.m2 * v2)
         return [
-            y[V1], a1, y[V2], a2, y[W], ground, (y[X1] - y[Y]) ** 2,
-            self.c1 * v1**2, self.c2 * (y[V2] - y[V1]) ** 2, lost, into,
+            (y[X1] - y[Y]) ** 2, self.c1 * v1**2, self.c2 * (y[V2] - y[V1]) ** 2, lost,
+            self.force(t) * v1 + shaking,
         ]  # fmt: skip
 
-    def energies(self, y):
-        """Return (E1, E2, all that is stored), velocities relative to the ground."""
-        x1, v1, x2, v2 = y[X1] - y[Y], y[V1] - y[W], y[X2] - y[Y], y[V2] - y[W]
-        e1 = 0.5 * (self.m1 * v1**2 + self.k1 * x1**2)
-        e2 = 0.5 * (self.m2 * v2**2 + self.k2 * (x2 - self.rest) ** 2)
-        joint = 0.5 * (self.m2 * v2**2 + self.k2 * (x2 - x1 - self.rest) ** 2)
-        contacts = sum(self.held(z) for z, _ in self.walls(x1, x2 - x1))
-        return e1, e2, e1 + joint + contacts + self.m1 * self.weight * x1
-
-    def spans(self):
-        """Return the solutions, cut at kinks and rigid impacts, and the impulses of these."""
-        y, t, solutions, impulses = np.zeros(11), 0.0, [], []
+    def course(self):
+        """Return the course, its solutions cut at kinks and rigid impacts; note their impulses."""
+        y, t, solutions, self.impulses = np.zeros(WORK + 1), 0.0, [], []
         y[X2], y[X1] = self.rest, HEIGHT if self.kind == "ball" else 0.0
         self.begin = self.energies(y)[2]
-        rigid = self.law == "restitution"
         touches = [
             lambda t, y, i=i: self.walls(y[X1] - y[Y], y[X2] - y[X1])[i][0]
-            for i in range(len(self.walls(0.0, 0.0)) if rigid else 0)
+            for i in range(len(self.walls(0.0, 0.0)) if self.rigid else 0)
         ]
         for touch in touches:
             touch.direction, touch.terminal = 1.0, True
@@ -168,94 +99,23 @@ class Twin:
             solutions.append(run)
             t, y = run.t[-1], run.y[:, -1].copy()
             if run.status == 1:
-                impulses.append(self.rebound(y))
-        return solutions, impulses
+                self.impulses.append(self.rebound(y))
+        return Course(solutions)
 
     def rebound(self, y):
         """Let a rigid impact turn the relative speed; return its impulse [N s]."""
         mass = 1.0 / (1.0 / self.m1 + 1.0 / self.m2) if self.damped else self.m1
         struck = y[V2] - y[V1] if self.damped else y[V1] - y[W]
-        change, e = -(1.0 + LAWS["restitution"]["e"]) * struck, LAWS["restitution"]["e"]
+        change, e = -(1.0 + self.constants["e"]) * struck, self.constants["e"]
         y[CONTACT] += 0.5 * mass * struck**2 * (1.0 - e**2)
         y[V1] += -mass * change / self.m1 if self.damped else change
         y[V2] += mass * change / self.m2 if self.damped else 0.0
         return mass * abs(change)
 
 
-class Course:
-    """What a twin sees: each size over time, between the steps of its solutions, too."""
-
-    def __init__(self, twin):
-        self.twin = twin
-        self.solutions, self.impulses = twin.spans()
-        self.times = [
-            np.interp(np.linspace(0, 1, 8 * len(run.t)), np.linspace(0, 1, len(run.t)), run.t)
-            for run in self.solutions
-        ]
-        self.states = [run.sol(t) for t, run in zip(self.times, self.solutions, strict=True)]
-
-    def values(self, size):
-        """Return a size (t, y) at the times of each solution."""
-        return [
-            np.array([size(t, y) for t, y in zip(times, states.T, strict=True)])
-            for times, states in zip(self.times, self.states, strict=True)
-        ]
-
-    def largest(self, size):
-        """Return the largest absolute value of a size and its time."""
-        best = (-1.0, 0.0)
-        for run, times, values in zip(
-            self.solutions, self.times, map(np.abs, self.values(size)), strict=True
-        ):
-            i = int(values.argmax())
-            best = max(best, (float(values[i]), float(times[i])))
-            ends = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            peak = minimize_scalar(
-                lambda t, run=run: -abs(size(t, run.sol(t))), bounds=ends, method="bounded",
-                options={"xatol": 1e-10},
-            )  # fmt: skip
-            best = max(best, (-float(peak.fun), float(peak.x)))
-        return best
-
-    def last_above(self, size, level):
-        """Return the last time at which a size exceeds a level; NaN if it does at the end."""
-        for run, times, values in zip(
-            self.solutions[::-1], self.times[::-1], self.values(size)[::-1], strict=True
-        ):
-            above = np.flatnonzero(values > level)
-            if above.size and above[-1] == len(values) - 1:
-                return math.nan if run is self.solutions[-1] else float(times[-1])
-            if above.size:
-                ends = times[above[-1]], times[above[-1] + 1]
-                return brentq(lambda t, run=run: size(t, run.sol(t)) - level, *ends, xtol=1e-13)
-        return 0.0
-
-    def state(self, t):
-        run = next(run for run in self.solutions if t <= run.t[-1])
-        return run.sol(t)
-
-    def is_beyond_a_rigid_wall(self):
-        """Return True if the twin has missed a rigid impact: after too many, which end in rest."""
-        if self.twin.law != "restitution":
-            return False
-        depths = self.values(lambda t, y: max(self.twin.walls(y[X1] - y[Y], y[X2] - y[X1]))[0])
-        return max(map(np.max, depths)) > 1e-8
-
-    def touches(self):
-        """Return how often a wall is touched."""
-        if self.twin.law == "restitution":
-            return len(self.impulses)
-        depths = [
-            np.concatenate(self.values(
-                lambda t, y, i=i: self.twin.walls(y[X1] - y[Y], y[X2] - y[X1])[i][0]))
-            for i in range(len(self.twin.walls(0.0, 0.0)))
-        ]  # fmt: skip
-        return sum(int(np.count_nonzero((z[:-1] <= 0.0) & (z[1:] > 0.0))) for z in depths)
-
-
-def numbers_of(course):
+def numbers_of(twin, course):
     """Return the numbers of a response history by name."""
-    twin, end = course.twin, course.solutions[-1].y[:, -1]
+    end = course.solutions[-1].y[:, -1]
     most, when = course.largest(lambda t, y: twin.energies(y)[0])
     numbers = {
         "E1max": most,
@@ -264,22 +124,32 @@ def numbers_of(course):
         "x1_rms": math.sqrt(end[SQUARE] / DURATION),
         "energy_in": twin.begin + end[WORK],
     }
-    walls = len(twin.walls(0.0, 0.0))
+    numbers["shear_max"] = twin.k1 * numbers["x1_max"]
     for share in SHARES:
         numbers[f"last_{100 * share:g}"] = course.last_above(
             lambda t, y: twin.energies(y)[0], share * most
         )
     if twin.shaken:
         numbers["drift_max"] = numbers["x1_max"]
-    if twin.law != "restitution" or not walls:
+    if not twin.rigid:
         numbers["a1_max"] = course.largest(lambda t, y: twin.at(t, y)[0])[0]
-    if walls:
-        numbers["impact_count"] = course.touches()
+    depths = [
+        course.values(lambda t, y, i=i: twin.walls(y[X1] - y[Y], y[X2] - y[X1])[i][0])
+        for i in range(len(twin.walls(0.0, 0.0)))
+    ]
+    if depths:
         numbers["share_contact"] = end[CONTACT] / numbers["energy_in"]
-        if twin.law == "restitution":
-            numbers["impulse_max"] = max(course.impulses)
-        else:
-            numbers["force_max"] = course.largest(lambda t, y: max(twin.at(t, y)[2]))[0]
+    if depths and twin.rigid:
+        # an impact that the twin misses leaves it beyond the wall: many end in rest
+        assert max(z.max() for wall in depths for z in wall) < 1e-8
+        numbers["impact_count"] = len(twin.impulses)
+        numbers["impulse_max"] = max(twin.impulses)
+    elif depths:
+        numbers["impact_count"] = sum(
+            int(np.count_nonzero((z[:-1] <= 0.0) & (z[1:] > 0.0)))
+            for z in map(np.concatenate, depths)
+        )
+        numbers["force_max"] = course.largest(lambda t, y: max(twin.at(t, y)[2]))[0]
     numbers["share_c1"] = end[C1] / numbers["energy_in"]
     if twin.damped:
         numbers["share_c2"] = end[C2] / numbers["energy_in"]
@@ -310,16 +180,15 @@ def test_all_numbers_are_those_of_the_inertial_frame(kind, law, widening, shaken
         quiet=True, **start,
     )  # fmt: skip
     (fall,) = histories_of.results.values()
-    course = Course(Twin(system, law, shaken))
-    wanted = numbers_of(course)
-    assert not course.is_beyond_a_rigid_wall()
+    twin = Loaded(system, shaken)
+    course = twin.course()
+    wanted = numbers_of(twin, course)
     have = {name for name, value in fall.numbers.items() if math.isfinite(value)}
     assert have - {"balance"} == set(wanted)
     for name, value in wanted.items():
         assert fall.numbers[name] == pytest.approx(value, rel=PRECISE), name
     assert fall.numbers["balance"] < 1e-9
     states = np.array([course.state(t) for t in fall.time])
-    twin = course.twin
     energies = np.array([twin.energies(y) for y in states])
     histories = {
         "x1": states[:, X1] - states[:, Y], "x2": states[:, X2] - states[:, Y],

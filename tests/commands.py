@@ -11,12 +11,25 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parents[1]
 
 
-def python(*words, cwd=None, **environment):
-    """Run Python with these words, which finds the package; return what it did, with its texts."""
-    return subprocess.run(
-        [sys.executable, *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False,
+def started(*words, cwd=None, **environment):
+    """Start Python with these words, which finds the package; return the process."""
+    return subprocess.Popen(
+        [sys.executable, *map(str, words)], cwd=cwd, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(REPO), **environment},
     )  # fmt: skip
+
+
+def python(*words, **where):
+    """Run Python with these words, which finds the package; return what it did, with its texts."""
+    with started(*words, **where) as process:
+        return subprocess.CompletedProcess(words, *ended(process))
+
+
+def ended(process):
+    """Wait for a process; return its exit status, what it printed, and its errors."""
+    out, err = process.communicate()
+    return process.returncode, out, err
 
 
 def printed(*words, **where):

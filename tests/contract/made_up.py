@@ -1,10 +1,6 @@
 """Made-up results, archives and parts of them: what the tests of archives share."""
 
-import os
-import subprocess
-import sys
-import textwrap
-
+import h5py
 import numpy as np
 
 from nlds_vines.archives import archive
@@ -13,6 +9,9 @@ from nlds_vines.orbits.records import WANTS, plain
 from scans import scan_of, written
 
 PLAIN = plain(WANTS)
+
+PASSING = {"history", "argv", "seconds", "threads", "commit", "replayed"}
+"""Attributes that tell of the run and not of the request."""
 
 
 def make_scan(want=PLAIN, vary=None, start="rest", system="ssul-set6", **settings):
@@ -62,24 +61,8 @@ def arrays(path):
         return {name: view[name] for name in view.names}
 
 
-def same(one, other):
-    return one.keys() == other.keys() and all(
-        one[name].dtype == other[name].dtype
-        and (
-            one[name].tolist() == other[name].tolist()
-            if one[name].dtype == object
-            else one[name].tobytes() == other[name].tobytes()
-        )
-        for name in one
-    )
-
-
-def run_python(code, **keywords):
-    return subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(code)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        **keywords,
-    )
+def content(path):
+    """Return all that a request determines, bit by bit: datasets, scales, lasting attributes."""
+    with h5py.File(path) as file:
+        bits = {name: (values.shape, values[()].tobytes()) for name, values in file.items()}
+        return bits | {"attributes": {k: v for k, v in file.attrs.items() if k not in PASSING}}

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up import arrays, cut, make_scan, results, run_python, same, write
+from commands import REPO, printed
+from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.run import writer_of
@@ -24,26 +25,35 @@ def path(tmp_path):
     return tmp_path / "scan.h5"
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return what the archive of an undisturbed run holds."""
+    return content(write(tmp_path_factory.mktemp("whole") / "scan.h5", make_scan()))
+
+
+def run(path, scan, act=lambda index: None, **how):
+    """Do a run of three blocks, of which `act` is told; return those that were computed."""
+    computed = []
+
+    def results_of(block):
+        act(block.index)
+        computed.append(block.index)
+        return results(scan, block)
+
+    written(path, scan, cut(scan), results_of, **how)
+    return computed
+
+
 def begin(path, scan, count=2, **how):
-    def interrupted(block):
-        if block.index == count:
+    """Interrupt a run after so many blocks; return what it says."""
+
+    def stop(index):
+        if index == count:
             raise KeyboardInterrupt
-        return results(scan, block)
 
-    with pytest.raises(Interrupted) as stop:
-        written(path, scan, cut(scan), interrupted, **how)
-    return str(stop.value)
-
-
-def computed(path, scan, **how):
-    computed_blocks = []
-
-    def note(block):
-        computed_blocks.append(block.index)
-        return results(scan, block)
-
-    written(path, scan, cut(scan), note, **how)
-    return computed_blocks
+    with pytest.raises(Interrupted) as interrupted:
+        run(path, scan, stop, **how)
+    return str(interrupted.value)
 
 
 # ---- what exists ---------------------------------------------------------------------------------
@@ -54,8 +64,9 @@ def test_an_existing_archive_is_refused_and_untouched(path):
     before = path.read_bytes()
     with pytest.raises(RequestError, match="--overwrite"):
         write(path, make_scan())
-    with pytest.raises(RequestError, match="another scan"):
-        write(path, make_scan(P=801.0), resume=True)
+    for how in ({"resume": True}, {"shard": Shard(2, 2)}):
+        with pytest.raises(RequestError, match="another scan"):
+            write(path, make_scan(P=801.0), **how)
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == [path.name]
 
@@ -67,8 +78,8 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path):
     assert "the same command goes on" in begin(path, new, overwrite=True)
     assert path.read_bytes() == before
     with pytest.raises(RequestError, match="another scan"):
-        computed(path, new, resume=True)  # nobody has said that it may be replaced
-    assert computed(path, new, overwrite=True) == [2]
+        run(path, new, resume=True)  # nobody has said that it may be replaced
+    assert run(path, new, overwrite=True) == [2]
     with archive.read(path) as view:
         assert view.attrs["scan_hash"] == new.hash
     assert os.listdir(path.parent) == [path.name]
@@ -79,7 +90,7 @@ def test_resume_of_a_complete_archive_has_nothing_to_do_and_of_a_damaged_one_is_
     before = path.read_bytes()
     store = Blocks(path, make_scan())
     store.save(0, {})  # the run was killed before it had removed all blocks
-    assert computed(path, make_scan(), resume=True) == []
+    assert run(path, make_scan(), resume=True) == []
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == [path.name]
     path.write_bytes(before[:3000])
@@ -87,21 +98,21 @@ def test_resume_of_a_complete_archive_has_nothing_to_do_and_of_a_damaged_one_is_
         write(path, make_scan(), resume=True)
 
 
-def test_resume_computes_what_is_missing_and_ends_in_the_same_arrays(tmp_path, path):
+def test_resume_computes_what_is_missing_and_ends_in_the_same_arrays(path, whole):
     scan = make_scan()
-    printed = begin(path, scan)
-    assert "2 blocks are kept" in printed
-    assert "the same command with --resume goes on" in printed
-    with pytest.raises(RequestError, match=r"unfinished run.*--resume"):
-        computed(path, scan)
-    assert computed(path, scan, resume=True) == [2]
-    assert same(arrays(path), arrays(write(tmp_path / "straight.h5", scan)))
-    assert sorted(os.listdir(tmp_path)) == ["scan.h5", "straight.h5"]
-
-
-def test_a_run_that_is_stopped_before_its_first_block_leaves_nothing(path):
-    assert "0 blocks are kept" in begin(path, make_scan(), 0)
+    assert "0 blocks are kept" in begin(path, scan, 0)
     assert os.listdir(path.parent) == []
+    said = begin(path, scan)
+    assert "2 blocks are kept" in said
+    assert "the same command with --resume goes on" in said
+    with pytest.raises(RequestError, match=r"unfinished run.*--resume"):
+        run(path, scan)
+    notes = Blocks(path, scan).folder / "notes.txt"
+    notes.write_text("of the user")
+    assert run(path, scan, resume=True) == [2]
+    assert content(path) == whole
+    assert notes.read_text() == "of the user"
+    assert os.listdir(notes.parent) == [notes.name]
 
 
 # ---- whose blocks --------------------------------------------------------------------------------
@@ -110,37 +121,19 @@ def test_a_run_that_is_stopped_before_its_first_block_leaves_nothing(path):
 def test_blocks_of_two_requests_and_of_two_versions_never_mix(path, monkeypatch, capsys):
     scan = make_scan()
     begin(path, scan)
-    assert computed(path, make_scan(P=801.0)) == [0, 1, 2]
+    assert run(path, make_scan(P=801.0)) == [0, 1, 2]
     path.unlink()
     capsys.readouterr()
-    makers = {**runs_store.makers(), "numba_version": "0.1"}  # upgraded in mid-run
-    with monkeypatch.context() as patch:
-        patch.setattr(runs_store, "makers", lambda: makers)
-        assert computed(path, scan, resume=True) == [0, 1, 2]
-        path.unlink()
+    before, makers = Blocks(path, scan).folder, runs_store.makers()
+    for name in ("source_hash", "numpy_version", "scipy_version", "machine", "numba_version"):
+        monkeypatch.setattr(runs_store, "makers", lambda name=name: {**makers, name: "another"})
+        assert Blocks(path, scan).folder != before
+    assert run(path, scan, resume=True) == [0, 1, 2]  # upgraded in mid-run
+    path.unlink()
     (err,) = capsys.readouterr().err.splitlines()
     assert err.endswith(".blocks is of another request or version: nothing in it is used")
-    assert computed(path, scan, resume=True) == [2]
-
-
-@pytest.mark.parametrize(
-    "name", ["source_hash", "numba_version", "numpy_version", "scipy_version", "machine"]
-)
-def test_what_may_change_a_bit_is_in_the_name_of_the_folder(name, path, monkeypatch):
-    before = Blocks(path, make_scan()).folder
-    assert Blocks(path, make_scan()).folder == before
-    other = {**runs_store.makers(), name: "another"}
-    monkeypatch.setattr(runs_store, "makers", lambda: other)
-    assert Blocks(path, make_scan()).folder != before
-
-
-def test_a_file_of_somebody_else_in_the_folder_stays(path):
-    scan = make_scan()
-    begin(path, scan)
-    notes = Blocks(path, scan).folder / "notes.txt"
-    notes.write_text("of the user")
-    assert computed(path, scan, resume=True) == [2]
-    assert notes.read_text() == "of the user"
+    monkeypatch.undo()
+    assert run(path, scan, resume=True) == [2]
 
 
 def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsys):
@@ -157,53 +150,53 @@ def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsy
     lines = capsys.readouterr().err.splitlines()
     assert all("7.npz is computed again: " in line for line in lines)
     read = [one for one in results if one is not None]
-    assert all(same(one, saved) for one in read)  # some bytes mean nothing, as a member's date
+    for one in read:  # some bytes mean nothing, as a member's date
+        np.testing.assert_equal(one, saved, strict=True)
     assert len(read) < 0.3 * len(whole)
 
 
-def test_damaged_blocks_are_computed_again_with_a_line_each(path, capsys):
+def test_damaged_blocks_are_computed_again_with_a_line_each(path, whole, capsys):
     scan = make_scan()
     begin(path, scan)
-    store = Blocks(path, scan)
-    store.file(0).write_bytes(store.file(0).read_bytes()[:-100])
-    content = bytearray(store.file(1).read_bytes())
-    content[content.index(b"NUMPY") + 130] ^= 1
-    store.file(1).write_bytes(content)
-    assert computed(path, scan, resume=True) == [0, 1, 2]
-    assert [Path(line.split(" is ")[0]).name for line in capsys.readouterr().err.splitlines()] == [
-        "0.npz",
-        "1.npz",
-    ]
-    assert same(arrays(path), arrays(write(path.with_name("straight.h5"), scan)))
+    cut_off, flipped, pipe = map(Blocks(path, scan).file, range(3))
+    cut_off.write_bytes(cut_off.read_bytes()[:-100])
+    data = bytearray(flipped.read_bytes())
+    data[data.index(b"NUMPY") + 130] ^= 1
+    flipped.write_bytes(data)
+    os.mkfifo(pipe)
+    assert run(path, scan, resume=True) == [0, 1, 2]
+    lines = capsys.readouterr().err.splitlines()
+    for file, line in zip((cut_off, flipped, pipe), lines, strict=True):
+        assert line.startswith(f"{file} is computed again: ")
+    assert "it is no regular file" in line
+    assert content(path) == whole
+
+
+def test_a_folder_in_the_place_of_a_block_is_named_and_kept(path):
+    place = Blocks(path, make_scan()).file(0)
+    (place / "precious").mkdir(parents=True)
+    with pytest.raises(RequestError, match=r"cannot write a block in .*directory"):
+        write(path, make_scan(), resume=True)
+    assert (place / "precious").is_dir()
 
 
 # ---- several at once -----------------------------------------------------------------------------
 
 
-class Meanwhile:
-    """Results of a run, in the middle of which something else happens."""
-
-    def __init__(self, scan, when, act):
-        self.scan, self.when, self.act = scan, when, act
-
-    def __call__(self, block):
-        if block.index == self.when:
-            self.act()
-        return results(self.scan, block)
-
-
 @pytest.mark.parametrize("when", [0, 2])
-def test_of_two_runs_on_one_output_both_end_well(path, when):
+def test_of_two_runs_on_one_output_both_end_well(path, when, whole):
     scan = make_scan()
 
-    def other():
-        write(path, scan, resume=True)
+    def other(index):
+        if index == when:
+            write(path, scan, resume=True)
 
     for how in ({}, {"overwrite": True}):
-        written(path, scan, cut(scan), Meanwhile(scan, when, other), **how)
-        assert same(arrays(path), arrays(write(path.with_name("straight.h5"), scan)))
-        path.with_name("straight.h5").unlink()
+        run(path, scan, other, **how)
+        assert content(path) == whole
         assert os.listdir(path.parent) == [path.name]
+    run(path, scan, lambda index: path.write_bytes(b"of another program"), overwrite=True)
+    assert content(path) == whole
 
 
 @pytest.mark.parametrize("moment", ["write", "publish"])
@@ -226,14 +219,43 @@ def test_who_is_last_to_name_the_archive_leaves_the_first_one(path, monkeypatch,
     assert os.listdir(path.parent) == [path.name]
 
 
-def test_shards_make_the_archive_when_all_blocks_are_there(path):
+def test_shards_make_the_archive_when_all_blocks_are_there(path, whole):
     scan = make_scan()
     written(path, scan, cut(scan), lambda b: results(scan, b), missing=[1], shard=Shard(1, 2))
     assert not path.exists()
-    written(path, scan, cut(scan), lambda b: results(scan, b), shard=Shard(2, 2))
-    assert arrays(path)
-    with pytest.raises(RequestError, match="another scan"):
-        write(path, make_scan(P=801.0), shard=Shard(2, 2))
+    assert run(path, scan, shard=Shard(2, 2)) == [1]
+    assert content(path) == whole
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("kind", ["file", "link", "folder"])
+def test_what_comes_into_being_meanwhile_is_kept(path, whole, monkeypatch, links, kind):
+    if not links:  # FAT and some network file systems have no hard links
+
+        def refuse(*_, **__):
+            raise OSError(errno.EPERM, "Operation not permitted")
+
+        monkeypatch.setattr(os, "link", refuse)
+
+    def meanwhile(index):
+        if index == 2:
+            if kind == "file":
+                path.write_bytes(b"precious")
+            elif kind == "link":
+                path.symlink_to("nowhere")
+            else:
+                path.mkdir()
+
+    with pytest.raises(RequestError, match=r"meanwhile.*scan\.h5\..*\.blocks.*--resume"):
+        run(path, make_scan(), meanwhile)
+    if kind == "file":
+        assert path.read_bytes() == b"precious"
+    assert path.is_symlink() == (kind == "link")
+    assert not (path.parent / "nowhere").exists()
+    path.rename(path.with_name("moved"))
+    assert run(path, make_scan(), resume=True) == []
+    assert content(path) == whole
+    assert sorted(os.listdir(path.parent)) == ["moved", "scan.h5"]
 
 
 # ---- the end of a run ----------------------------------------------------------------------------
@@ -243,10 +265,9 @@ def test_shards_make_the_archive_when_all_blocks_are_there(path):
     ("moment", "before"),
     [("write", False), ("publish", False), ("write", True), ("replace_target", True)],
 )
-def test_an_interrupted_delivery_leaves_what_was_there(path, monkeypatch, moment, before):
-    scan, old = make_scan(), make_scan(P=801.0)
+def test_an_interrupted_delivery_leaves_what_was_there(path, whole, monkeypatch, moment, before):
     if before:
-        write(path, old)
+        write(path, make_scan(P=801.0))
     was = path.read_bytes() if before else None
 
     def die(*_):
@@ -255,42 +276,62 @@ def test_an_interrupted_delivery_leaves_what_was_there(path, monkeypatch, moment
     with monkeypatch.context() as patch:
         patch.setattr(archive if moment == "write" else runs_store, moment, die)
         with pytest.raises(Interrupted):
-            write(path, scan, overwrite=before)
+            write(path, make_scan(), overwrite=before)
     assert (path.read_bytes() if path.exists() else None) == was
-    assert computed(path, scan, overwrite=before, resume=not before) == []
-    assert arrays(path)
+    assert run(path, make_scan(), overwrite=before, resume=not before) == []
+    assert content(path) == whole
     assert os.listdir(path.parent) == [path.name]
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_overwriting_a_link_replaces_what_it_points_to(path, whole, monkeypatch, apart):
+    target = path.parent / "deep" / "target.h5"
+    target.parent.mkdir()
+    target.write_bytes(b"old")
+    path.symlink_to("deep/target.h5")
+    if apart:  # the target lies on another file system
+        rename = os.replace
+
+        def across(one, other):
+            if os.path.dirname(one) != os.path.dirname(other):
+                raise OSError(errno.EXDEV, "Invalid cross-device link")
+            rename(one, other)
+
+        monkeypatch.setattr(os, "replace", across)
+    write(path, make_scan(), overwrite=True)
+    assert path.is_symlink()
+    assert not target.is_symlink()
+    assert content(target) == whole
+    assert os.listdir(target.parent) == ["target.h5"]
+    assert sorted(os.listdir(path.parent)) == ["deep", "scan.h5"]
 
 
 FULL = """
 import resource, signal, sys
-sys.path[:0] = {tests!r}
 from test_blocks import *
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-scan, path = make_scan(), Path({path!r})
+scan, path = make_scan(), Path(sys.argv[1])
 begin(path, scan)
 size = max(file.stat().st_size for file in Blocks(path, scan).folder.iterdir())
 for limit in (100, size + 9):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     try:
-        computed(path, scan, resume=True)
+        run(path, scan, resume=True)
     except RequestError as error:
         print(error, flush=True)
 """
 
 
-def test_a_full_disk_is_one_line_and_the_blocks_are_intact(path):
+def test_a_full_disk_is_one_line_and_the_blocks_are_intact(path, whole):
     """A limit on the size of files stands in for the disk: writing fails half-way."""
-    here = Path(__file__).parent
-    run = run_python(FULL.format(path=str(path), tests=[str(here), str(here.parent)]))
-    output, errors = run.communicate()
-    assert errors == ""
-    block, whole = output.splitlines()
+    places = map(str, (REPO, REPO / "tests", Path(__file__).parent))
+    output = printed("-c", FULL, path, PYTHONPATH=os.pathsep.join(places))
+    block, archived = output.splitlines()
     assert block.startswith("cannot write a block in ")
-    assert whole.startswith(f"cannot write {path} (the blocks are intact, use --resume): ")
+    assert archived.startswith(f"cannot write {path} (the blocks are intact, use --resume): ")
     assert not path.exists()
-    assert computed(path, make_scan(), resume=True) == []
-    assert arrays(path)
+    assert run(path, make_scan(), resume=True) == []
+    assert content(path) == whole
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(path, monkeypatch):

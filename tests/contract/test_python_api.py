@@ -68,6 +68,10 @@ def test_an_archive_is_read_with_and_without_with_in_parts_by_names_of_dimension
     view = nv.read(path)
     assert view.take("label", omega=0).shape == (3,)
     assert view.take("label", omega=-1, start=2) == view["label"][1, 2]
+    assert view.take("section", start=0, component=2, forcing_period=slice(-2, None)).tolist() == (
+        view["section"][:, 0, -2:, 2].tolist()
+    )
+    assert (view.axes, view.units("section")) == (("omega",), "m, m/s")
     with pytest.raises(nv.RequestError, match=r"of label: 'omgea'; did you mean 'omega'\? .*start"):
         view.take("label", omgea=0)
     with pytest.raises(nv.RequestError, match=r"omega of label = 2 must be .* from -2 to 1"):
@@ -110,6 +114,10 @@ def test_pandas_and_xarray_take_an_archive(path, monkeypatch):
     assert frame.shape[0] == 6
     assert frame.attrs["units"]["E1max"] == "J"
     assert (frame[frame.start == "random 1"].E1max == view["E1max"][:, 1]).all()
+    words = view.flags("regime")  # in place of codes
+    assert words[3] == "chaotic"
+    assert frame["regime"].tolist() == [words[code] for code in view["regime"].ravel()]
+    assert view.to_dataframe("omega")["omega"].tolist() == view["omega"].tolist()
     monkeypatch.setitem(sys.modules, "pandas", None)  # a library that is missing is named
     with pytest.raises(nv.RequestError, match=r"pandas is not installed: pip install .*\[xarray\]"):
         nv.read(path).to_dataframe()

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import sys
+import time
 
 import h5py
 import numpy as np
@@ -98,6 +99,21 @@ def test_xarray_opens_it_with_dimensions_units_and_flags(path, system):
         flags = dataset["regime"].attrs
         assert flags["flag_values"].dtype == np.int8
         assert len(flags["flag_values"]) == len(flags["flag_meanings"].split(" "))
+
+
+@pytest.mark.long
+def test_a_million_cells_in_one_archive_open_lazily(here):
+    axes = {"omega": {"start": 5.0, "stop": 8.0}, "P": {"start": 600.0, "stop": 1000.0}}
+    sampling = {"transient": 1, "periods": 1}
+    began = time.perf_counter()
+    nv.scan("none", vary={name: {**ends, "num": 1000} for name, ends in axes.items()},
+            sampling=sampling, record=["section", "energy"], to="million.h5")  # fmt: skip
+    computed = time.perf_counter()
+    with xr.open_dataset("million.h5", engine="h5netcdf", chunks=None) as dataset:
+        assert dataset.sizes["omega"] * dataset.sizes["P"] == 10**6
+        row = dataset["E1max"].isel(omega=500, start=0).values
+    assert np.isfinite(row).all()
+    assert time.perf_counter() - computed < computed - began  # a row, not the whole archive
 
 
 def test_attributes_tell_where_it_comes_from(path):

@@ -2,14 +2,12 @@
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
 
 import pytest
-from commands import REPO, python
+from commands import python, started
 
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import in_pieces
@@ -33,11 +31,7 @@ def begun(arguments, folder, until):
 
     That is when `until()` holds and it has used two seconds of processor time since.
     """
-    process = subprocess.Popen(
-        [sys.executable, *map(str, arguments)],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, cwd=folder, env={**os.environ, "PYTHONPATH": str(REPO)},
-    )  # fmt: skip
+    process = started(*arguments, cwd=folder)
     last, since = time.monotonic() + 120, None
     while since is None or cpu_seconds(process) < since + 2.0:
         time.sleep(0.05)

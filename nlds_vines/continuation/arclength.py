@@ -1,10 +1,8 @@
 """Pseudo-arclength continuation of nT orbits: predictor, Newton corrector, step control.
 
 The unknowns are the state at one phase and the free parameter, both scaled.  The predictor is the
-tangent; the corrector is Newton's method in the plane normal to it.  Earlier points are not
-extrapolated: where an impact appears or vanishes, the tangent has a kink, and the step control
-shortens the steps until they resolve it.  The phase of the state is 0, or the middle of the longest
-flight if impacts are rigid.
+tangent: earlier points are not extrapolated, because where an impact appears or vanishes the
+tangent has a kink, which the step control resolves.
 
 Source: Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
 """
@@ -23,7 +21,6 @@ from nlds_vines.continuation.section_map import (
     Cycle,
     SectionMap,
     bordered,
-    closing,
     shoots_from_flights,
 )
 
@@ -70,6 +67,10 @@ class Point:
     def value(self) -> float:  # of the first free parameter
         return float(self.cycle.values[0])
 
+    @property
+    def normal(self) -> np.ndarray:  # of the plane in which Newton's method corrects a prediction
+        return self.weights * self.weights * self.tangent
+
     @cached_property
     def tests(self) -> dict[str, float]:
         """The test functions by kind of special point, each of which changes its sign there.
@@ -89,10 +90,7 @@ class Point:
 
 
 def real_product(factors: list[complex]) -> float:
-    product = 1.0 + 0.0j
-    for factor in factors:
-        product *= factor
-    return product.real
+    return math.prod(factors, start=1.0 + 0.0j).real
 
 
 def length(weights: np.ndarray, step: np.ndarray) -> float:
@@ -108,12 +106,11 @@ def close(
     weights: np.ndarray,
     equation: Equation | None = None,
 ) -> tuple[Cycle | None, float, np.ndarray]:
-    """Return the nT orbit in the plane through `place` normal to `row`, by Newton's method.
+    """Return the nT orbit in the plane through `place` normal to `row`; None if none is found.
 
-    It is None if Newton's method does not converge.  Also returned are the contraction, the ratio
-    of Newton's second to its first step, 0 if there was no second step; and the rows (m, size + m)
-    that border the closing equations: the derivatives of `equation`, the further one of a curve of
-    special points, if there is one, and `row`.
+    Also returned are the contraction, the ratio of Newton's second to its first step, 0 if there
+    was no second; and the rows (m, size + m) that border the closing equations: the derivatives of
+    `equation`, the further one of a curve of special points, and `row`.
     """
     anchor, before, first, ratio = place, math.inf, 0.0, 0.0
     rows, rules = row[np.newaxis], OF_BRANCH if equation is None else OF_CURVE
@@ -132,7 +129,7 @@ def close(
             cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before
         ):
             return cycle, ratio, rows
-        step, _ = bordered(closing(cycle), cycle.slopes, rows, right)
+        step, _ = bordered(cycle.closing, cycle.slopes, rows, right)
         if step is None or not np.isfinite(step).all():
             break
         far = length(weights, step)
@@ -149,13 +146,9 @@ def close(
 
 
 def with_tangent(cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point | None:
-    """Return the point at an orbit with its unit tangent, turned toward the last of `rows`.
-
-    Its border is the determinant of the closing equations bordered by the rows.  None if it is
-    zero.
-    """
+    """Return the point at an orbit, its tangent turned toward the last of `rows`, if unique."""
     unit = np.eye(len(weights))[-1]
-    tangent, determinant = bordered(closing(cycle), cycle.slopes, rows, unit)
+    tangent, determinant = bordered(cycle.closing, cycle.slopes, rows, unit)
     if tangent is None or not np.isfinite(tangent).all():
         return None
     return Point(cycle, tangent / length(weights, tangent), weights, determinant)
@@ -164,9 +157,9 @@ def with_tangent(cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point |
 def point_of(
     section_map: SectionMap, cycle: Cycle, toward: np.ndarray, lengths: np.ndarray
 ) -> Point | None:
-    """Return the point of a branch at an orbit, its tangent turned `toward` a direction.
+    """Return the point of a branch at an orbit, its tangent turned `toward` a direction, if unique.
 
-    `lengths` (1,) is the length of the parameter's interval.  None if the tangent is not unique.
+    `lengths` (1,) is the length of the parameter's interval.
     """
     weights = section_map.weights(cycle, lengths)
     point = with_tangent(cycle, (weights * weights * toward)[np.newaxis], weights)
@@ -176,21 +169,16 @@ def point_of(
 
 
 def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | None, float]:
-    """Return the point of the branch at a signed distance `step` along the tangent of a point.
-
-    Returns also the contraction of Newton's method.  The point is None if that does not converge.
-    """
+    """Return the point, if any, at a signed distance along a tangent, and the contraction."""
     place = point.cycle.place + step * point.tangent
-    row = point.weights * point.weights * point.tangent
-    cycle, contraction, _ = close(section_map, place, point.cycle.n, row, point.weights)
+    cycle, contraction, _ = close(section_map, place, point.cycle.n, point.normal, point.weights)
     if cycle is None:
         return None, contraction
     return point_of(section_map, cycle, point.tangent, 1.0 / point.weights[-1:]), contraction
 
 
 def angle_of(a: Point, b: Point) -> float:
-    weights = a.weights * a.weights
-    cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
+    cosine = float((a.normal * b.tangent).sum()) / length(a.weights, b.tangent)
     return math.acos(max(-1.0, min(1.0, cosine)))
 
 
@@ -210,9 +198,8 @@ class Stepper:
             point, contraction = along(self.section_map, self.point, step)
             shortest = step <= 2.0 * LEAST_STEP
             if point is not None:
-                worst = max(
-                    math.sqrt(contraction / CONTRACTION), angle_of(self.point, point) / ANGLE
-                )
+                bent = angle_of(self.point, point) / ANGLE
+                worst = max(math.sqrt(contraction / CONTRACTION), bent)
                 if worst <= SHARPEST or shortest:
                     self.last_step, self.point = step, point
                     self.step = step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3)))
@@ -225,10 +212,9 @@ class Stepper:
 
 # ---- the phase at which rigid impacts are solved ----
 #
-# At a fixed phase, the state jumps when a rigid impact passes that phase, and the section map has
-# no derivative there.  Newton's method therefore solves for a state in the middle of the longest
-# flight, which is chosen anew along the branch before an impact comes near.  Archives hold states
-# at phase zero.
+# The state jumps when a rigid impact passes its phase, and the section map has no derivative there.
+# Newton's method therefore solves for a state in the middle of the longest flight, which is chosen
+# anew along the branch before an impact comes near.  Archives hold states at phase zero.
 
 # The flight is chosen anew if an impact is nearer to the phase than this fraction of half the
 # longest flight.
@@ -289,15 +275,13 @@ def seen_by(
 
 
 def moved(before: SectionMap, after: SectionMap, point: Point) -> Point | None:
-    """Return a point of a branch, given in map `before`, in the map `after`.
-
-    Where two branches cross, the border is 0 and the tangent is not unique: it is transported.
-    """
+    """Return a point of a branch in map `before` as one in the map `after`."""
     seen = seen_by(before, after, point.cycle, point.tangent)
     if seen is None:
         return None
     cycle, direction = seen
     lengths = 1.0 / point.weights[-1:]
+    # where two branches cross, the border is 0 and the tangent is not unique: it is transported
     exact = point_of(after, cycle, direction, lengths) if point.border != 0.0 else None
     if exact is not None:
         return exact

@@ -32,7 +32,6 @@ from nlds_vines.continuation.special_points import (
     Special,
     doubling_near,
     half_of,
-    label_of_cycle,
     limit_of,
     specials_between,
     step_between,
@@ -78,17 +77,16 @@ ENDS = {
 
 @dataclass
 class Arm:
-    """One direction of a branch: its points, its special points and the reason of its end.
+    """One direction of a branch.
 
-    `best_grazing` is the most accurate grazing ahead so far.  While the branch is followed, `begin`
-    (its first point) and the last RECENT points are at the phase of the current section map;
-    earlier points may be at other phases.
+    While it is followed, `begin` (its first point) and the last RECENT points are at the phase of
+    the current section map; earlier points may be at other phases.
     """
 
-    points: list[Point] = field(default_factory=list)
+    points: list[Point]
     specials: list[Special] = field(default_factory=list)
-    end: str = ""
-    best_grazing: Special | None = None
+    end: str = ""  # why it ends, a key of `ENDS`
+    best_grazing: Special | None = None  # the most accurate one ahead so far
 
     @cached_property
     def begin(self) -> Point:
@@ -118,11 +116,9 @@ def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -
 
 
 def first_point(section_map: SectionMap, cycle: Cycle, bounds: Bounds, sign: float) -> Point | None:
-    """Return the first point of a branch along which the parameter rises (sign 1) or falls (-1).
-
-    At a fold, where the parameter is stationary, a component of the state takes its place.
-    """
-    axes = np.eye(section_map.size + 1)[::-1]  # the parameter first
+    """Return the first point of a branch along which the parameter rises (sign 1) or falls (-1)."""
+    # at a fold, where the parameter is stationary, a component of the state takes its place
+    axes = np.eye(section_map.size + 1)[::-1]
     points = (point_of(section_map, cycle, sign * axis, bounds.lengths) for axis in axes)
     return next((point for point in points if point is not None), None)
 
@@ -150,9 +146,8 @@ def follow(
         a = stepper.point
         most = math.inf
         if rigid and len(arm.points) > 1:
-            # a fraction of the distance to a grazing, where the map has no derivative: the
-            # distances at which clearance and softest approach speed vanish, by linear
-            # extrapolation
+            # a fraction of the distance to a grazing, where the map has no derivative, by linear
+            # extrapolation of clearance and softest approach speed
             one, two = arm.points[-2:]
             for name in ("clearance", "slowest"):
                 f, g = getattr(one.cycle, name), getattr(two.cycle, name)
@@ -249,7 +244,7 @@ def _is_back(arm: Arm, b: Point) -> bool:
     size = first.cycle.state.size
     for point in first.cycle.points:
         place = np.append(point[:size], first.value)
-        ahead = float((a.weights * a.weights * a.tangent * (place - a.cycle.place)).sum())
+        ahead = float((a.normal * (place - a.cycle.place)).sum())
         if 0.0 < ahead <= step:
             aside = place - a.cycle.place - ahead * a.tangent
             if length(a.weights, aside) < 0.1 * step:
@@ -258,12 +253,11 @@ def _is_back(arm: Arm, b: Point) -> bool:
 
 
 def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point | None:
-    """Return the orbit of half the period that an orbit of even n becomes between two points.
+    """Return the orbit of half the period that an orbit of even n becomes before b.
 
-    The two points are the last one and b.  Newton's method has no sharp solution for the orbit of n
-    periods there, but for that of n / 2.  Its first guess is where the signed difference of the two
-    halves vanishes, by a polynomial through the last points.  None if the orbit keeps its period;
-    b if the other orbit is not located.
+    Newton's method has no sharp solution for the orbit of n periods there, but for that of n / 2.
+    Its first guess is where the signed difference of the two halves vanishes, by a polynomial
+    through the last points.  None if the orbit keeps its period; b if the other is not located.
     """
     a = arm.points[-1]
     if b.cycle.n % 2 or len(arm.points) < 2:
@@ -286,9 +280,8 @@ def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point | None:
 def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
     """End a branch where rigid bodies are about to graze, at the extrapolated grazing orbit.
 
-    The points of the branch are smooth functions of the softest approach speed v, or of the
-    clearance, whereas the derivatives of the map grow as 1 / v.  The grazing orbit is therefore the
-    value at v = 0 of a polynomial in v through the last points.
+    The derivatives of the map grow as 1 / v with the softest approach speed v, but the branch is a
+    smooth function of v, or of the clearance: of a polynomial in it, the value at 0 is taken.
     """
     if not shoots_from_flights(section_map.scene):
         return
@@ -313,7 +306,7 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         )
         walls = section_map.scene.walls
         wall = "both" if both else walls[0] if len(walls) == 1 else ""
-        label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + change)
+        label, beyond = cycle.label, name_of(cycle.n, sum(cycle.counts) + change)
         end, index = replace(point, cycle=cycle), len(arm.points) - 1
         arm.best_grazing = Special("GR", end, label, beyond, error, width, wall, index)
         if error <= GRAZING_ERROR:
@@ -332,8 +325,8 @@ def _end_at(arm: Arm, grazing: Special) -> None:
 def _end_of_lost(arm: Arm) -> None:
     """End a branch that no step continues: at the grazing nearby, if there is one, or as lost.
 
-    The error of the softest approach speed is the square root of the error of the state.  The
-    polynomials therefore become worse beyond some point, and the best of them counts.
+    The error of the softest approach speed is the square root of the error of the state, so that
+    the polynomials become worse beyond some point, and the best of them counts.
     """
     grazing, last = arm.best_grazing, arm.points[-1]
     arm.end = "lost"
@@ -351,7 +344,7 @@ def end_beside(arm: Arm, grazing: Special) -> None:
     there = grazing.point.cycle
     points = there.points[: last.cycle.n]  # it may repeat an orbit of a shorter period
     cycle = replace(last.cycle, state=there.state, values=there.values, points=points)
-    labels = label_of_cycle(cycle), label_of_cycle(there)
+    labels = cycle.label, there.label
     end, index = replace(last, cycle=cycle), len(arm.points) - 1
     _end_at(arm, replace(grazing, point=end, before=labels[0], after=labels[1], index=index))
 
@@ -359,8 +352,7 @@ def end_beside(arm: Arm, grazing: Special) -> None:
 def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
     """Return the knots (speed or clearance, place) of the extrapolation to a grazing.
 
-    Only the last points with equal impacts and phase count, with values that decrease toward the
-    grazing, at least by the factor KNOT_RATIO from knot to knot.
+    They are the last points with equal impacts and phase and values that decrease toward it.
     """
     last, now = points[-1].cycle, 0.0
     knots: list[tuple[float, np.ndarray]] = []
@@ -398,7 +390,7 @@ def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:
             high, at = middle, point
         else:
             low = middle
-    label = label_of_cycle(at.cycle)
+    label = at.cycle.label
     width = (high - low) * abs(float(at.tangent[-1]))
     index = len(arm.points) - 2
     arm.specials.append(Special("LIM", at, label, label, high - low, width, index=index))

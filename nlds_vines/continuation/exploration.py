@@ -1,8 +1,4 @@
-"""Branches through the start orbits, and the branches that leave these at special points.
-
-A `Track` joins both directions of a branch.  It is saved as arrays, from which it is restored bit
-for bit.
-"""
+"""Branches through the start orbits, and the branches that leave these at special points."""
 
 from __future__ import annotations
 
@@ -30,7 +26,7 @@ from nlds_vines.continuation.branch_arm import (
     first_point,
     follow,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered
 from nlds_vines.continuation.special_points import Special, doubled, other_branch
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.store import Arrays
@@ -68,6 +64,8 @@ def turned(point: Point) -> Point:
 
 @dataclass
 class Track:
+    """Both directions of a branch, saved as arrays, from which it is restored bit for bit."""
+
     points: list[Point]  # of two directions, that along which the parameter falls first, reversed
     specials: list[Special]  # in the same order
     ends: tuple[str, str]  # keys of `branch_arm.ENDS`
@@ -75,20 +73,6 @@ class Track:
     parent: int = -1  # the branch that it leaves, -1 for none
     at: int = -1  # the special point there
     switches: dict[int, Switch] = field(default_factory=dict)  # by the number of a special point
-
-    @classmethod
-    def joined(cls, down: Arm, up: Arm) -> Track:
-        """Return the track of two directions from the same first point."""
-        before = len(down.points) - 1
-        specials = [
-            replace(
-                s, point=turned(s.point), before=s.after, after=s.before, index=before - 1 - s.index
-            )
-            for s in reversed(down.specials)
-        ]
-        specials += [replace(s, index=before + s.index) for s in up.specials]
-        points = [*map(turned, reversed(down.points[1:])), *up.points]
-        return cls(points, specials, (down.end, up.end))
 
     @property
     def n(self) -> int:
@@ -109,10 +93,6 @@ _OF_TRACK = ("origin", "parent", "at")
 # Returns the arrays of the next track or curve: those of an earlier run, or the result of a call
 # of its argument, which it saves.
 Piece = Callable[[Callable[[], Arrays]], Arrays]
-
-
-def made_now(make: Callable[[], Arrays]) -> Arrays:
-    return make()
 
 
 def packed(track: Track | Switch) -> Arrays:
@@ -158,7 +138,7 @@ class Explorer:
 
     section_map: SectionMap
     bounds: Bounds
-    piece: Piece = made_now  # saves each track
+    piece: Piece = lambda make: make()  # saves each track
     doublings: int = 0  # successive ones whose branches are followed
     longest: float = LONGEST_STEP  # step, weighted length
     unstable: int = MOST_POINTS  # the most successive unstable points
@@ -221,7 +201,19 @@ class Explorer:
                 end_beside(arms[-1], grazing)
             if arms[0].end == "closed":
                 return Track(arms[0].points, arms[0].specials, ("closed", "closed"))
-        return Track.joined(arms[1], arms[0]) if len(arms) == 2 else Switch.FAILED
+        if len(arms) < 2:
+            return Switch.FAILED
+        up, down = arms
+        before = len(down.points) - 1
+        specials = [
+            replace(
+                s, point=turned(s.point), before=s.after, after=s.before, index=before - 1 - s.index
+            )
+            for s in reversed(down.specials)
+        ]
+        specials += [replace(s, index=before + s.index) for s in up.specials]
+        points = [*map(turned, reversed(down.points[1:])), *up.points]
+        return Track(points, specials, (down.end, up.end))
 
     def _follow(self, start: Point, first: float = FIRST_STEP) -> Arm:
         """Follow one direction of a branch from a point, with a first step of length `first`."""
@@ -243,8 +235,8 @@ class Explorer:
     def _from_grazing(self, parent: int, at: int) -> Track | Switch:
         """Follow the other branch at a grazing of rigid bodies: without the impact, or with it.
 
-        The map has no derivative at the grazing.  An orbit of the other branch is therefore
-        searched for at places around it, on both sides of the parameter.
+        The map has no derivative at the grazing, so the search for an orbit of the other branch
+        tries places around it.
         """
         grazing, outcome = self.tracks[parent].specials[at], Switch.FAILED
         point = grazing.point
@@ -290,8 +282,7 @@ class Explorer:
     def _share_points(self, track: Track) -> None:
         """Mark branch points and rigid grazings that a new track shares with others as followed.
 
-        Two branches meet there, and both have been followed.  A branch point gets the most accurate
-        orbit on both.
+        A branch point gets the most accurate orbit on both.
         """
         for i, mine in enumerate(track.specials):
             for other in self.tracks:
@@ -300,11 +291,10 @@ class Explorer:
                         continue
                     if mine.kind == "BP":
                         best = min(mine, theirs, key=lambda special: special.residual)
-                        cycle, error, width = best.point.cycle, best.residual, best.bracket
                         mine, theirs = (
                             replace(
-                                special, point=replace(special.point, cycle=cycle),
-                                residual=error, bracket=width,
+                                special, point=replace(special.point, cycle=best.point.cycle),
+                                residual=best.residual, bracket=best.bracket,
                             )
                             for special in (mine, theirs)
                         )  # fmt: skip
@@ -316,10 +306,7 @@ class Explorer:
     # ---- comparison with branches followed before ----
 
     def _of_least_period(self, cycle: Cycle) -> Cycle:
-        """Return an orbit as one of its least period: of 3T as one of T if its sections coincide.
-
-        Newton's method for n periods may end in an orbit of which n is a multiple of the period.
-        """
+        """Return an orbit as one of its least period: of 3T as of T if its sections coincide."""
         size = cycle.state.size
         weights = self.section_map.weights(cycle, self.bounds.lengths)[:size]
         off = (np.abs(cycle.points[:, :size] - cycle.state) * weights).max(axis=1)
@@ -331,11 +318,7 @@ class Explorer:
         return cycle
 
     def lies_on(self, cycle: Cycle) -> bool:
-        """Return True if an orbit belongs to a track.
-
-        Newton's method brings the track to the orbit's parameter; the orbits are the same if they
-        agree to round-off at any phase.
-        """
+        """Return True if an orbit belongs to a track, brought to its parameter, at any phase."""
         value = float(cycle.values[0])
         for track in self.tracks:
             if track.n != cycle.n:
@@ -348,18 +331,15 @@ class Explorer:
 
 
 def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]:
-    """Yield trial places (size + 1,) of the other orbit that grazes at a point.
-
-    First the state of the orbit itself on both sides of the parameter, for an orbit without the
-    impact.  Then the orbit changed by a soft impact per period: the equal kicks of all periods add
-    up to (I - M)^-1 times the change that one kick leaves at the end of its period.  The value of
-    the parameter is found by trial.
-    """
+    """Yield trial places (size + 1,) of the other orbit that grazes at a point."""
+    # the orbit itself on both sides of the parameter, for an orbit without the impact
     place, unit = point.cycle.place, 1.0 / point.weights[-1]
     for side in (1.0, -1.0):
         there = place.copy()
         there[-1] += side * ASIDE * unit
         yield there
+    # the orbit changed by a soft impact per period: the equal kicks of all periods add up to
+    # (I - M)^-1 times the change that one kick leaves at the end of its period
     for side in (1.0, -1.0):
         step = side * ASIDE * point.tangent
         kicked = section_map.at(place + step, point.cycle.n)
@@ -367,7 +347,7 @@ def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]
             continue
         size = len(place) - 1
         right, row = np.append(-kicked.residual, 0.0), np.eye(size + 1)[-1:]
-        solution, _ = bordered(closing(point.cycle), np.zeros((1, size)), row, right)
+        solution, _ = bordered(point.cycle.closing, np.zeros((1, size)), row, right)
         if solution is None:
             continue
         kick = np.append(solution[:-1], 0.0)

@@ -1,7 +1,6 @@
 """Pictures of a continuation: the diagram of branches, and curves of special points in a plane.
 
-In the diagram, stable orbits are solid, unstable ones dashed, and special points marked.  Both
-pictures may lie over those of a scan.
+Both may lie over the picture of a scan.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from nlds_vines.bifurcation.picture.choices import REGIMES
 from nlds_vines.bifurcation.picture.diagram import STRIP, draw_strip
 from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import MARKS, WORDS, Continued, SpecialCurve, read_continuation
+from nlds_vines.continuation.result import MARKS, WORDS, Continued, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -54,10 +53,7 @@ _TICK = 0.06  # height of a border's tick, of the panel's
 
 
 def picture(over: str | os.PathLike[str] | None = None) -> Picture:
-    """Return the picture of a continuation's archive: its branches, or its curves in a plane.
-
-    `over` is the archive of a scan along the same parameters, drawn beneath.
-    """
+    """Return the picture of a continuation's archive, over that of a scan along its parameters."""
 
     def draw(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
         result = read_continuation(view.path)
@@ -84,9 +80,7 @@ def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
         axes.set_xlim(result.request.along.low, result.request.along.high)
         axes.legend(handles=_handles(result))
         return
-    _label(axes, result)
-    for curve in result.curves:
-        _draw_special(axes, curve, 0)
+    _fill_plane(axes, result)
     axes.legend(handles=_plane_handles(result))
 
 
@@ -100,10 +94,7 @@ def branch_diagram(
     page: Page = TWO_COLUMNS,
     shown: Sequence[str] = (),
 ) -> Figure:
-    """Return the diagram of branches: a coordinate of the section, and the energy E1max.
-
-    Arguments: an open `scan` along the same parameter; the `page`; the panels `shown`, of
-    `panels_of`, by default all.
+    """Return the diagram of branches over an open `scan`, with the panels `shown`, by default all.
 
     Raises `RequestError` for a scan along another parameter.
     """
@@ -231,8 +222,6 @@ def plane_diagram(
 ) -> Figure:
     """Return the curves of a continuation in their plane, over the map of an open `scan`.
 
-    Dots with names mark points of codimension two.
-
     Raises `RequestError` for a scan of other parameters.
     """
     assert result.request.plane is not None
@@ -241,17 +230,7 @@ def plane_diagram(
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {names[0]}, {names[1]}")
     figure, grid = new_figure(page, [page.map_height])
     axes = figure.add_subplot(grid[0])
-    if scan is None:
-        across = 0
-        _label(axes, result)
-    else:
-        across = names.index(scan.axes[0])
-        fill_map(axes, scan, REGIMES)
-    limits = axes.get_xlim(), axes.get_ylim()
-    for curve in result.curves:
-        _draw_special(axes, curve, across)
-    axes.set_xlim(limits[0])
-    axes.set_ylim(limits[1])
+    _fill_plane(axes, result, scan)
     add_legend(axes, _plane_handles(result), "above", handlelength=2.2)
     finish(figure, grid, result.request.title)
     if scan is not None:
@@ -259,29 +238,32 @@ def plane_diagram(
     return figure
 
 
-def _label(axes: Axes, result: Continued) -> None:
-    (along, plane) = result.request.free
-    axes.set_xlim(along.low, along.high)
-    axes.set_ylim(plane.low, plane.high)
-    axes.set_xlabel(axis_label(along.name))
-    axes.set_ylabel(axis_label(plane.name))
-
-
-def _draw_special(axes: Axes, curve: SpecialCurve, across: int) -> None:
-    """Draw one curve and the meetings on it; `across` is the number of the horizontal parameter."""
-    x, y = curve.values[:, across], curve.values[:, 1 - across]
-    axes.plot(x, y, path_effects=_HALO, zorder=4, **_look(curve.kind, curve.period))
+def _fill_plane(axes: Axes, result: Continued, scan: ArchiveView | None = None) -> None:
+    """Draw all curves and the meetings on them, over the map of a scan, into axes."""
+    along, plane = result.request.free
+    if scan is None:
+        across = 0  # the number of the horizontal parameter
+        axes.set(xlim=(along.low, along.high), xlabel=axis_label(along.name))
+        axes.set(ylim=(plane.low, plane.high), ylabel=axis_label(plane.name))
+    else:
+        across = [along.name, plane.name].index(scan.axes[0])
+        fill_map(axes, scan, REGIMES)
+    limits = axes.get_xlim(), axes.get_ylim()
     halo = [Stroke(linewidth=1.8, foreground="white"), Normal()]
-    for name, *values in curve.meetings:
-        axes.plot(
-            values[across], values[1 - across], marker="o", markersize=_MARK, color="black",
-            markeredgecolor="white", markeredgewidth=0.5, zorder=6,
-        )  # fmt: skip
-        axes.annotate(
-            name, (values[across], values[1 - across]), (3, 3), textcoords="offset points",
-            fontsize=_SIZE, zorder=7, path_effects=halo,
-            annotation_clip=True,
-        )  # fmt: skip
+    for curve in result.curves:
+        x, y = curve.values[:, across], curve.values[:, 1 - across]
+        axes.plot(x, y, path_effects=_HALO, zorder=4, **_look(curve.kind, curve.period))
+        for name, *values in curve.meetings:
+            place = values[across], values[1 - across]
+            axes.plot(
+                *place, marker="o", markersize=_MARK, color="black",
+                markeredgecolor="white", markeredgewidth=0.5, zorder=6,
+            )  # fmt: skip
+            axes.annotate(
+                name, place, (3, 3), textcoords="offset points",
+                fontsize=_SIZE, zorder=7, path_effects=halo, annotation_clip=True,
+            )  # fmt: skip
+    axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def _look(kind: str, n: int) -> dict[str, Any]:

@@ -1,9 +1,8 @@
 """Explain the borders between a scan's regimes by the special points on the branches beside them.
 
 The orbit of the last cell of a label is followed along its branch to the next cell, and the orbit
-of that cell back.  Either a special point of `ENDING` ends it on the way, or it stays stable up to
-there: it is the orbit of the next cell (perhaps with other impacts), or the start has left its
-basin.
+of that cell back.  Either a special point of `ENDING` ends it on the way, or it is stable up to
+there: then it is the orbit of the next cell, or the start has left its basin.
 """
 
 from __future__ import annotations
@@ -91,7 +90,7 @@ class Border:
             return "not explained"
         if self.left is not None and self.left.alive and self.left.label == final(self.after):
             if final(self.before) == final(self.after):
-                return "the same orbit: only the way there differs"
+                return "the same orbit: only the transient differs"
             return "the same orbit, stable all the way"
         sides = ((self.before, self.left, "ends"), (self.after, self.right, "begins"))
         reasons = [
@@ -115,34 +114,24 @@ def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
         low, high = float(values[i]), float(values[i + 1])
         walks: list[Walk | None] = []
         for here, there in ((low, high), (high, low)):
-            walk, orbit = None, orbits.get(here)
+            cycle, orbit = None, orbits.get(here)
             if orbit is not None:
                 place = place_of(result.request.system, name, here, orbit.state)
-                walk = walk_of(result, section_map, place, orbit.period, there)
-            walks.append(walk)
+                cycle = at_value(section_map, place, orbit.period, here)
+            # the branches through the orbit, and the segments in which they pass it
+            passed = (
+                (number, segment)
+                for number, branch in enumerate(result.branches)
+                if cycle is not None and branch.period == cycle.n
+                for segment, other in result.cycles_at(section_map, branch, here)
+                if is_same(section_map, cycle, other)
+            )
+            first = next(passed, None)
+            walks.append(first and _walked(result, section_map, *first, here, there))
         before, after, (left, right) = str(labels[i]), str(labels[i + 1]), walks
         periodic = (low in orbits, high in orbits)
         borders.append(Border(low, high, before, after, left, right, periodic))
     return borders
-
-
-def walk_of(
-    result: Continued, section_map: SectionMap, place: np.ndarray, n: int, until: float
-) -> Walk | None:
-    """Follow the branch of the nT orbit at `place` (size + 1,) to the value `until`.
-
-    The walk ends before it at a point of `ENDING`, or with the branch.  Return None if the orbit
-    lies on no branch.
-    """
-    value = float(place[-1])
-    cycle = at_value(section_map, place, n, value)
-    for number, branch in enumerate(result.branches):
-        if cycle is None or branch.period != n:
-            continue
-        for segment, other in result.cycles_at(section_map, branch, value):
-            if is_same(section_map, cycle, other):
-                return _walked(result, section_map, number, segment, value, until)
-    return None
 
 
 def _walked(
@@ -153,7 +142,10 @@ def _walked(
     value: float,
     until: float,
 ) -> Walk:
-    """Follow a branch from a value of the parameter within a segment to another value."""
+    """Follow a branch from a value of the parameter within a segment to the value `until`.
+
+    The walk ends before it at a point of `ENDING`, or with the branch.
+    """
     branch = result.branches[number]
     values, toward = branch.parameter, 1.0 if until > value else -1.0
     ahead = 1 if (values[segment + 1] - values[segment]) * toward > 0.0 else -1
@@ -161,8 +153,7 @@ def _walked(
     events: list[tuple[str, float]] = []
     label = str(branch.labels[segment + (ahead > 0)])
     while 0 <= segment < len(values) - 1:
-        here = rows[rows.index == segment][::ahead]
-        for row in here:
+        for row in rows[rows.index == segment][::ahead]:
             if (row.value - value) * toward < 0.0 or (until - row.value) * toward < 0.0:
                 continue
             if row.bracket <= SAME * abs(row.value):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +22,7 @@ from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap, place_of, states_of
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
-from nlds_vines.continuation.special_points import KINDS, label_of_cycle
+from nlds_vines.continuation.special_points import KINDS
 from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
@@ -356,7 +358,7 @@ class Continued(Drawable):
                 state = states_of(system, names, cycle.place[np.newaxis])[0]
                 places = np.column_stack([cycle.points[:, : len(state)], np.full(cycle.n, value)])
                 sections = states_of(system, names, places)
-                label, mu = label_of_cycle(cycle), cycle.multipliers
+                label, mu = cycle.label, cycle.multipliers
                 crossings.append(Crossing(i, label, state, mu, cycle.unstable, sections))
         return crossings
 
@@ -426,15 +428,11 @@ class Continued(Drawable):
         labels = dict.fromkeys(str(label) for b in self.branches for label in b.labels)
         points = sum(len(branch) for branch in self.branches)
         yield "branches", f"{len(self.branches)}, {points} points: {', '.join(labels)}"
-        names = ", ".join(f"{n} {k}" for k, n in _counted(self.special_points.kind.tolist()))
-        yield "special points", names or "none"
+        kinds = Counter(self.special_points.kind.tolist()).items()
+        yield "special points", ", ".join(f"{n} {kind}" for kind, n in kinds) or "none"
         if self.curves:
-            kinds = _counted([curve.kind for curve in self.curves])
-            yield "curves", ", ".join(f"{n} of {k}" for k, n in kinds)
-
-
-def _counted(words: list[str]) -> list[tuple[str, int]]:
-    return [(word, words.count(word)) for word in dict.fromkeys(words)]
+            kinds = Counter(curve.kind for curve in self.curves).items()
+            yield "curves", ", ".join(f"{n} of {kind}" for kind, n in kinds)
 
 
 def map_of(request: Continuation) -> SectionMap:
@@ -475,10 +473,10 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
     yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
     yield Dataset.whole("impacts_far", dims, far), lambda c: c.counts[1]
-    yield Dataset.text("label", dims, "n and k of nT,k"), label_of_cycle
+    yield Dataset.text("label", dims, "n and k of nT,k"), lambda c: c.label
     words = "whether all multipliers lie inside the unit circle"
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
-    yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), _parts
+    yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), lambda c: _parts(c.multipliers)
     yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect
     words = "error of the product of multipliers, relative"
     yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
@@ -510,7 +508,7 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     words = "outcome of following the branch that leaves or crosses there"
     yield Dataset.code("switch", dims, words, SWITCH_FLAGS), None
     multipliers = BY_NAME["multipliers"].dataset((*dims, *pair), scene, prefix="special_")
-    yield multipliers, lambda s: _parts(s.point.cycle)
+    yield multipliers, lambda s: _parts(s.point.cycle.multipliers)
 
     dims = ("branch",)
     status = Dataset.code("status", dims, "whether a branch is complete", STATUS_FLAGS)
@@ -617,19 +615,14 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
     }
 
 
-def _parts(cycle: Cycle) -> np.ndarray:
-    """Return the multipliers of an orbit as real and imaginary parts (size, 2)."""
-    return np.stack([cycle.multipliers.real, cycle.multipliers.imag], axis=-1)
+def _parts(multipliers: np.ndarray) -> np.ndarray:  # real and imaginary
+    return np.stack([multipliers.real, multipliers.imag], axis=-1)
 
 
 def _determinant_error(cycle: Cycle) -> float:
     """Return the relative difference of the product of multipliers and exp(volume) = |det M|.
 
-    If exp(volume) is 0 (an impact with e = 0, a damper that sticks), return the modulus of the
-    product.
+    exp(volume) may be 0 (an impact with e = 0, a damper that sticks); then it is not relative.
     """
-    product = 1.0 + 0.0j
-    for mu in cycle.multipliers.tolist():
-        product *= mu
-    exact = exp(cycle.volume)
+    product, exact = math.prod(cycle.multipliers.tolist(), start=1.0 + 0.0j), exp(cycle.volume)
     return abs(abs(product) - exact) / (exact if exact > 0.0 else 1.0)

@@ -1,7 +1,4 @@
-"""A continuation from request to archive; each complete branch or curve is a block.
-
-Start orbits are from rest, from random starts, or from the archive of a scan.
-"""
+"""A continuation from request to archive; each complete branch or curve is a block."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
-from nlds_vines.continuation.exploration import Explorer, Piece, Seed, made_now
+from nlds_vines.continuation.exploration import Explorer, Piece, Seed
 from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.continuation.result import (
     CURVE_END_FLAGS,
@@ -130,8 +127,7 @@ SAME = 1.0e-7  # relative difference of a parameter below which two special poin
 def curves_through(request: Continuation, specials: Sequence[Special], piece: Piece) -> Tables:
     """Follow the curves through `specials` in the plane of both parameters; return their tables.
 
-    A special point on a curve that has been followed has no curve of its own.  `piece` saves each
-    curve.
+    A special point on a curve that has been followed has no curve of its own.
     """
     along, plane = request.free
     second = float(request.system.parameters[plane.name])
@@ -160,16 +156,13 @@ def curves_through(request: Continuation, specials: Sequence[Special], piece: Pi
 
 
 def _holds(request: Continuation, arrays: Arrays, special: Special, second: float) -> bool:
-    """Return True if a curve passes a special point at the value `second` of its parameter.
-
-    Between two points, the curve is interpolated by a parabola through three: its error is smaller
-    than the distance of two special points of one branch.
-    """
+    """Return True if a curve passes a special point at the value `second` of its parameter."""
     about = arrays["curve_kind"].tolist(), arrays["curve_periodicity"].tolist()
     first, across = (arrays[f"curve_{item.name}"] for item in request.free)
     if about != ([KIND_FLAGS[special.kind]], [special.point.cycle.n]) or len(first) < 3:
         return False
     for i in np.flatnonzero((across[:-1] - second) * (across[1:] - second) <= 0.0):
+        # by a parabola, whose error is smaller than the distance of special points of one branch
         j = min(max(int(i) - 1, 0), len(first) - 3)
         x, y = across[j : j + 3], first[j : j + 3]
         value = sum(
@@ -209,11 +202,10 @@ def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
 # ---- from request to archive ----
 
 
-def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = None) -> Tables:
-    """Follow all branches and curves of a continuation and return their tables.
-
-    `piece` saves each of them; `tell` receives messages about compiling.
-    """
+def compute(
+    request: Continuation, piece: Piece = lambda make: make(), tell: Tell | None = None
+) -> Tables:
+    """Follow all branches and curves of a continuation, saved by `piece`; return their tables."""
     along, section_map = request.along, map_of(request)
     bounds, limits = Bounds(along.low, along.high), (request.step, request.unstable)
     explorer = Explorer(section_map, bounds, piece, request.doublings, *limits)
@@ -234,8 +226,8 @@ def compute(request: Continuation, piece: Piece = made_now, tell: Tell | None = 
 def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
     """Compute a continuation into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with complete branches saved for --resume,
-    and `RequestError` if there is no periodic start orbit.
+    Raises `Interrupted` with complete branches saved for --resume, and `RequestError` if there is
+    no periodic start orbit.
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)

@@ -1,9 +1,4 @@
-"""The n-fold stroboscopic map of a system with free parameters, and its derivatives.
-
-An nT orbit is a fixed point of this map.  `SectionMap.at` evaluates the map with its derivatives;
-`bordered` solves the linear systems of Newton's method and of tangents with the same bits on every
-processor.
-"""
+"""The n-fold stroboscopic map of a system with free parameters, and its derivatives."""
 
 from __future__ import annotations
 
@@ -18,6 +13,7 @@ from nlds_vines.archives.representation import Outlined
 from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.model.labels import name_of
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -71,6 +67,10 @@ class Cycle(Outlined):
         return len(self.points)
 
     @property
+    def label(self) -> str:
+        return name_of(self.n, sum(self.counts))
+
+    @property
     def place(self) -> np.ndarray:
         """The state followed by the free parameters (size + m,)."""
         return np.concatenate([self.state, self.values])
@@ -81,11 +81,17 @@ class Cycle(Outlined):
         return self.points[-1, : self.state.size] - self.state
 
     @property
+    def closing(self) -> np.ndarray:  # M - I
+        return shifted(self.matrix, -1.0)
+
+    @property
     def unstable(self) -> int:  # the number of multipliers outside the unit circle
         return sum(abs(mu) > 1.0 for mu in self.multipliers.tolist())
 
 
 class SectionMap:
+    """The n-fold stroboscopic map, of which nT orbits are fixed points."""
+
     def __init__(
         self, system: System, names: tuple[str, ...], settings: Settings | None = None
     ) -> None:
@@ -251,10 +257,9 @@ class SectionMap:
     def measure(
         self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray | None = None
     ) -> cycles.Extremes:
-        """Return the largest energies, strokes and violations of orbits (`cycles.Extremes`).
+        """Return the extremes of orbits that last for `periods` from `places` (count, size + m).
 
-        They begin at `places` (count, size + m), at phase zero, and last for `periods`. `touches`
-        is filled.
+        The places are at phase zero; `touches` is filled.
         """
         count, cells = len(places), self.cells(places[:, self.size :])
         starts = np.zeros((count, 4))
@@ -298,7 +303,7 @@ def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.nd
 def bordered(
     matrix: np.ndarray, columns: np.ndarray, rows: np.ndarray, right: np.ndarray
 ) -> tuple[np.ndarray | None, float]:
-    """Solve ((matrix, columns), (rows)) x = right.
+    """Solve ((matrix, columns), (rows)) x = right, with the same bits on every processor.
 
     Parameters: matrix (n, n), columns (m, n), rows (m, n + m), right (n + m,).
     Returns x (n + m,), or None if the system is singular, and the determinant.
@@ -309,13 +314,8 @@ def bordered(
     return (x[:, 0] if determinant != 0.0 else None), determinant
 
 
-def closing(cycle: Cycle) -> np.ndarray:
-    return shifted(cycle.matrix, -1.0)
-
-
 def shifted(matrix: np.ndarray, shift: float) -> np.ndarray:
     """Return matrix + shift I."""
     result = matrix.copy()
-    for i in range(len(result)):
-        result[i, i] += shift
+    np.fill_diagonal(result, result.diagonal() + shift)
     return result

@@ -28,7 +28,6 @@ from nlds_vines.continuation.arclength import (
     CONTRACTION,
     OF_CURVE,
     SHARPEST,
-    Equation,
     Point,
     angle_of,
     best_map,
@@ -40,13 +39,13 @@ from nlds_vines.continuation.arclength import (
     seen_by,
     with_tangent,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing, shifted
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, shifted
 from nlds_vines.continuation.special_points import (
-    is_torus,
     limit_of,
     narrowed_down,
     null_vector,
     step_between,
+    torus_pair,
 )
 
 # relative distance in the parameter from a GR of the two orbits that calibrate its equation
@@ -71,8 +70,6 @@ CONDITIONS = {
 }
 COSINES = {"0": 1.0, "180": -1.0, "120": -0.5, "90": 0.0}
 
-Function = Callable[[Cycle], float]
-
 
 def singular_matrix(kind: str, cycle: Cycle) -> np.ndarray:
     if kind == "NS":
@@ -93,7 +90,7 @@ def bialternate(matrix: np.ndarray) -> np.ndarray:
     return shifted(product, -1.0)
 
 
-def augmented(kind: str, cycle: Cycle) -> Function:
+def augmented(kind: str, cycle: Cycle) -> Callable[[Cycle], float]:
     """Return g as a function of orbits near `cycle`, whose null vectors are the border."""
     matrix = singular_matrix(kind, cycle)
     right, left = null_vector(matrix), null_vector(matrix.T.copy())
@@ -103,25 +100,6 @@ def augmented(kind: str, cycle: Cycle) -> Function:
         unit = np.eye(len(right) + 1)[-1]
         solution, _ = bordered(singular_matrix(kind, other), left[np.newaxis], rows, unit)
         return math.nan if solution is None else float(solution[-1])
-
-    return function
-
-
-def grazing(without: tuple[int, int], wall: int, softness: float) -> Function:
-    """Return the gap of the grazing pass as a function of an orbit: negative if it touches.
-
-    Parameters: the impacts `without` the grazing one; its `wall` (0 near, 1 far); `softness`
-    [s^2/m], the ratio of the depth of the free flight to the squared approach speed.  The function
-    is NaN for orbits with other impacts.
-    """
-    touching = tuple(count + (i == wall) for i, count in enumerate(without))
-
-    def function(cycle: Cycle) -> float:
-        if cycle.counts == without:
-            return cycle.clearance
-        if cycle.counts == touching:
-            return -softness * cycle.slowest * cycle.slowest
-        return math.nan
 
     return function
 
@@ -146,32 +124,10 @@ Meeting = tuple[str, Point]  # a point of codimension two after its name, a key 
 
 @dataclass
 class Curve:
-    """A curve of special points of one kind."""
-
     kind: str
     points: list[Point] = field(default_factory=list)
     meetings: list[Meeting] = field(default_factory=list)
     ends: tuple[str, str] = ("", "")
-
-
-def equation_of(section_map: SectionMap, function: Function, weights: np.ndarray) -> Equation:
-    """Return `function` with its gradient by one-sided differences, for Newton's method."""
-
-    def equation(cycle: Cycle) -> tuple[float, np.ndarray] | None:
-        gradient, here = np.empty(len(weights)), function(cycle)
-        for i in range(len(weights)):
-            step = NEARBY / weights[i]
-            for sign in (1.0, -1.0):
-                place = cycle.place
-                place[i] += sign * step
-                other = section_map.at(place, cycle.n)
-                there = math.nan if other is None else function(other)
-                if math.isfinite(there):
-                    break
-            gradient[i] = (there - here) / (sign * step)
-        return (here, gradient) if np.isfinite(gradient).all() else None
-
-    return equation
 
 
 @dataclass
@@ -182,21 +138,10 @@ class Tracer:
     kind: str
     low: np.ndarray  # (2,) bounds of both parameters
     high: np.ndarray
-    # of the grazing impact, as in `grazing`
-    softness: float = 0.0
-    without: tuple[int, int] = (0, 0)
-    wall: int = 0
+    without: tuple[int, int] = (0, 0)  # impacts without the grazing one
+    touching: tuple[int, int] = (0, 0)  # and with it
+    softness: float = 0.0  # [s^2/m] depth of its free flight over its squared approach speed
     level: float = 0.0  # clearance [m] of the orbits that are followed; 0 unless bodies are rigid
-
-    def function(self, cycle: Cycle, level: float) -> Function:
-        """Return the residual of the further equation, as a function of orbits near `cycle`."""
-        if level:
-            return lambda orbit: (
-                orbit.clearance - level if orbit.counts == self.without else math.nan
-            )
-        if self.kind == "GR":
-            return grazing(self.without, self.wall, self.softness)
-        return augmented(self.kind, cycle)
 
     def _closed(
         self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray, level: float
@@ -206,7 +151,30 @@ class Tracer:
         `cycle` is an orbit nearby, by which the further equation is bordered.
         """
         section_map = self.section_map.shot(cycle.since)
-        equation = equation_of(section_map, self.function(cycle, level), weights)
+
+        def gap(orbit: Cycle) -> float:  # of the grazing pass, negative if it touches
+            if orbit.counts == self.without:
+                return orbit.clearance - level
+            if orbit.counts == self.touching and not level:
+                return -self.softness * orbit.slowest * orbit.slowest
+            return math.nan
+
+        residual = gap if self.kind == "GR" else augmented(self.kind, cycle)
+
+        def equation(orbit: Cycle) -> tuple[float, np.ndarray] | None:
+            gradient, here = np.empty(len(weights)), residual(orbit)
+            for i in range(len(weights)):  # by one-sided differences
+                step = NEARBY / weights[i]
+                for sign in (1.0, -1.0):
+                    nearby = orbit.place
+                    nearby[i] += sign * step
+                    other = section_map.at(nearby, orbit.n)
+                    there = math.nan if other is None else residual(other)
+                    if math.isfinite(there):
+                        break
+                gradient[i] = (there - here) / (sign * step)
+            return (here, gradient) if np.isfinite(gradient).all() else None
+
         return close(section_map, place, cycle.n, row, weights, equation)
 
     def point(self, cycle: Cycle, toward: np.ndarray) -> Point | None:
@@ -233,8 +201,8 @@ class Tracer:
     def along(self, point: Point, step: float) -> tuple[Point | None, float]:
         """Return the point of the curve a step ahead, and the contraction of Newton's method."""
         place = point.cycle.place + step * point.tangent
-        row = point.weights * point.weights * point.tangent
-        cycle, ratio, rows = self._closed(point.cycle, point.weights, place, row, self.level)
+        near, weights = point.cycle, point.weights
+        cycle, ratio, rows = self._closed(near, weights, place, point.normal, self.level)
         if cycle is None:
             return None, ratio
         weights = self.section_map.weights(cycle, self.high - self.low)
@@ -266,7 +234,7 @@ class Tracer:
             meetings.extend(self.meetings(a, b, step))
             better = better_map(self.map_of(b), b.cycle)
             points.append(b if better is None else self.seen_by(better, b) or b)
-            if self.kind == "NS" and not is_torus(b.cycle):
+            if self.kind == "NS" and not torus_pair(b.cycle)[0].imag:
                 return points, meetings, "neutral"
             if self._is_back(points):
                 return points, meetings, "closed"
@@ -296,7 +264,7 @@ class Tracer:
         """
         if not self.level:
             return self.seen_by(self.section_map, point)
-        cycle, row = point.cycle, point.weights * point.weights * point.tangent
+        cycle, row = point.cycle, point.normal
         here, knots = self.map_of(point), list[tuple[float, np.ndarray]]()
         for share in (1.0, *NEARER):
             if knots:
@@ -344,9 +312,7 @@ class Tracer:
         """Return the test function of a condition of `CONDITIONS`."""
         mu = point.cycle.multipliers.tolist()
         if condition in COSINES:  # of the pair on the unit circle
-            pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
-            _, i, j = min(pairs)
-            return 0.5 * (mu[i] + mu[j]).real - COSINES[condition]
+            return 0.5 * sum(torus_pair(point.cycle)).real - COSINES[condition]
         if condition in ("one", "minus one"):  # without the multiplier critical on the curve
             target = 1.0 if condition == "one" else -1.0
             rest = sorted(mu, key=lambda m: abs(m - target))[1:]
@@ -400,8 +366,7 @@ class Tracer:
 def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
     """Return the tracer of a curve of grazing, calibrated by the orbits on both sides of a GR.
 
-    The two orbits determine the grazing impact and its `softness`.  None if one of them does not
-    exist or they differ in more than one impact.
+    None if one of them does not exist or they differ in more than one impact.
     """
     size = tracer.section_map.size
     sides: list[Cycle] = []
@@ -417,18 +382,18 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
     if sorted(gained) != [0, 1]:
         return None
     softness = without.clearance / (touching.slowest * touching.slowest)
-    return replace(tracer, without=without.counts, wall=gained.index(1), softness=softness)
+    return replace(tracer, without=without.counts, touching=touching.counts, softness=softness)
 
 
 def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | None:
-    """Return the orbit near a place at the parameters of the place; None if there is none."""
+    """Return the orbit near a place at its parameters; None if there is none."""
     row = np.eye(section_map.size + 2)[-2:]
     for _ in range(OF_CURVE.most_steps):
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
             return cycle
         right = np.concatenate([-cycle.residual, [0.0, 0.0]])
-        step, _ = bordered(closing(cycle), cycle.slopes, row, right)
+        step, _ = bordered(cycle.closing, cycle.slopes, row, right)
         if step is None or not np.isfinite(step).all():
             return None
         place = place + step
@@ -438,8 +403,7 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
 def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | None:
     """Return the tracer of a curve of rigid grazing, and move `place` to an orbit beside it.
 
-    `impacts` is the count without the grazing impact.  The orbit without it exists on one side of
-    the parameter; None if it is not found on either.
+    The orbit with the `impacts` without the grazing one exists on one side of the parameter.
     """
     section_map, size = tracer.section_map, tracer.section_map.size
     unit = max(abs(place[size]), 1.0e-3)
@@ -460,8 +424,8 @@ def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | 
 def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curve | None:
     """Return the curve through a special point, in both directions; None if it cannot be followed.
 
-    Parameters: the `place` (size + 2,) of the special point, with both parameters; n; the `impacts`
-    of its orbit, at a grazing without the grazing one.
+    Parameters: the `place` (size + 2,) of the special point and the `impacts` of its orbit, at a
+    grazing without the grazing one.
     """
     if tracer.kind == "GR":
         place = place.copy()

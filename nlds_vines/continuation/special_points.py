@@ -1,12 +1,8 @@
 """Special points of a branch, and the first point of a branch that leaves one.
 
-    LP  fold              PD  period doubling         NS  torus (Neimark and Sacker)
-    BP  branch point      GR  grazing: an impact appears or vanishes
-    LIM the limit of a scene is touched
-
-A special point is bracketed between two points of the branch by the sign of its test function, or
-by the impact count, and the bracket is narrowed.  Newton's method brings every trial point onto the
-branch, and its test function is evaluated from its own monodromy matrix.
+LP  fold              PD  period doubling         NS  torus (Neimark and Sacker)
+BP  branch point      GR  grazing: an impact appears or vanishes
+LIM the limit of a scene is touched
 """
 
 from __future__ import annotations
@@ -19,8 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from nlds_vines.continuation.arclength import Point, along, close, length, point_of
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing, shifted
-from nlds_vines.model.labels import name_of
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, shifted
 
 KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 
@@ -63,44 +58,36 @@ class Special:
         return min(int(label.split(",")[1]) for label in (self.before, self.after))
 
 
-def is_torus(cycle: Cycle) -> bool:
-    """Return True if the pair of multipliers with the product nearest to one is complex."""
+def torus_pair(cycle: Cycle) -> tuple[complex, complex]:
+    """Return the pair of multipliers with the product nearest to one; it is real at no torus."""
     mu = cycle.multipliers.tolist()
-    pairs = [(abs(mu[i] * mu[j] - 1.0), i) for i in range(len(mu)) for j in range(i)]
-    return mu[min(pairs)[1]].imag != 0.0
+    pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
+    _, i, j = min(pairs)
+    return mu[i], mu[j]
 
 
-def label_of_cycle(cycle: Cycle) -> str:
-    return name_of(cycle.n, sum(cycle.counts))
-
-
-def half_of(cycle: Cycle) -> np.ndarray:
-    """Return the state (size,) n/2 periods later, n even, minus the state."""
+def half_of(cycle: Cycle) -> np.ndarray:  # the state (size,) n/2 periods later minus the state
     return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
 
 
 def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
-    """Return the special points between two neighboring points of a branch, in their order.
-
-    If the search fails because a trial does not reach the branch, a grazing is left out; any other
-    special point is that of the two points with the smaller test function, bracketed by both.
-    """
+    """Return the special points between two neighboring points of a branch, in their order."""
     specials, far = list[tuple[float, Special]](), step_between(a, b)
     for kind in _changed(a, b):
         if kind == "BP":
             located = _branch_point(section_map, a, b)
         else:
             located = sign_change(section_map, kind, a, (a, b), (0.0, far))
-        if located is None:
+        if located is None:  # a trial does not reach the branch: take the better of both points
             nearer = (0.0, a) if abs(a.tests[kind]) <= abs(b.tests[kind]) else (far, b)
             located = *nearer, 1.0, abs(b.value - a.value)
         place, point, residual, bracket = located
-        if kind == "NS" and not is_torus(point.cycle):
+        if kind == "NS" and not torus_pair(point.cycle)[0].imag:
             continue  # a neutral saddle
         if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
             continue  # a change of sign without a multiplier near one
         before, after = (a.cycle, b.cycle) if kind == "LP" else (point.cycle, point.cycle)
-        labels = label_of_cycle(before), label_of_cycle(after)
+        labels = before.label, after.label
         specials.append((place, Special(kind, point, *labels, residual, bracket)))
     specials += _grazings(section_map, a, b)
     return [special for _, special in sorted(specials, key=lambda entry: entry[0])]
@@ -125,10 +112,9 @@ def unexplained(a: Point, b: Point) -> bool:
 def _branch_point(section_map: SectionMap, a: Point, b: Point) -> Located | None:
     """Locate a branch point between two points.
 
-    Newton's matrix is singular at a branch point, so that Newton's method finds no sharp solution
-    there.  The point is the value at zero of a polynomial in the test function through points on
-    both sides.  The points move closer until polynomials through six and four points agree to
-    ASIDE_ERROR; the result with the smallest difference counts.
+    Newton's matrix is singular there, so that Newton's method finds no sharp solution.  The point
+    is the value at zero of a polynomial in the test function through points on both sides, which
+    move closer until polynomials through six and four of them agree to ASIDE_ERROR.
     """
     signs = [(0.0, a.tests["BP"]), (step_between(a, b), b.tests["BP"])]
     aside, best = ASIDE, None
@@ -166,10 +152,7 @@ def sign_change(
     ends: tuple[Point, Point],
     between: tuple[float, float],
 ) -> Located | None:
-    """Locate the sign change of a kind's test function (`narrowed_down`).
-
-    The points `ends` have the distances `between` along the branch from `start`.
-    """
+    """Locate the sign change of a kind's test function between two distances from `start`."""
     size = max(abs(end.tests[kind]) for end in ends)
 
     def test(point: Point) -> float:
@@ -181,11 +164,7 @@ def sign_change(
 def doubling_near(
     section_map: SectionMap, place: np.ndarray, n: int, lengths: np.ndarray, most: float = NEAREST
 ) -> Point | None:
-    """Return the period doubling of the nT orbit near `place` (size + 1,); None if there is none.
-
-    `lengths` (1,) is the length of the parameter's interval; `most`, the largest distance along
-    the branch.
-    """
+    """Return the period doubling of the nT orbit near `place` (size + 1,), at most `most` away."""
     row = np.eye(len(place))[-1]
     cycle, *_ = close(section_map, place, n, row, np.ones(len(place)))
     start = None if cycle is None else point_of(section_map, cycle, row, lengths)
@@ -226,7 +205,7 @@ def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[flo
                 break
             margin *= 4.0
         wall = wall_of_change(counts, beyond.cycle.counts)
-        labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
+        labels = before.cycle.label, beyond.cycle.label
         yield at, Special("GR", point, *labels, residual, bracket, wall)
         before = beyond
 
@@ -241,9 +220,8 @@ def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
 def _grazing(before: Point, b: Point) -> Test:
     """Return the test function of grazing: positive with the impacts of `before`, else negative.
 
-    Of an orbit without the grazing impact its modulus is the clearance; of one with it, the squared
-    approach speed of the softest impact, which is proportional to the depth of the free flight.
-    Both are scaled to one at the ends of the bracket.
+    Its modulus is the clearance, or with the grazing impact the squared approach speed of the
+    softest, which is proportional to the depth of the free flight; both are one at the ends.
     """
     counts = before.cycle.counts
     gains = sum(b.cycle.counts) >= sum(counts)
@@ -274,8 +252,7 @@ def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
 
 def step_between(a: Point, b: Point) -> float:
     """Return the weighted distance from a to b along the tangent of a."""
-    weights = a.weights * a.weights
-    return float((weights * a.tangent * (b.cycle.place - a.cycle.place)).sum())
+    return float((a.normal * (b.cycle.place - a.cycle.place)).sum())
 
 
 def narrowed_down(
@@ -287,10 +264,8 @@ def narrowed_down(
     """Locate a sign change of `test` between two points of a branch or curve.
 
     `onto` returns the point at a distance along the branch; `ends` are the two points at the
-    distances `between`.  The bracket is narrowed by the Illinois variant of false position, with
-    bisection where that is slow.
-
-    Returns None if `test` has one sign at both ends or a trial has no point.
+    distances `between`.  The method is the Illinois variant of false position, with bisection where
+    that is slow.  Returns None if `test` has one sign at both ends or a trial has no point.
     """
     (a, b), (low, high) = ends, between
     f_low, f_high = test(a), test(b)
@@ -339,9 +314,9 @@ Offshoot = tuple[Point, float]
 
 
 def null_vector(matrix: np.ndarray) -> np.ndarray:
-    """Return the unit null vector (n,) of a nearly singular matrix (n, n).
+    """Return the unit null vector (n,) of a nearly singular matrix (n, n) by inverse iteration.
 
-    The inverse iteration is bordered, so that it never divides by zero.
+    It is bordered, so that it never divides by zero.
     """
     size = len(matrix)
     vector, column = np.ones(size), np.ones((1, size))
@@ -368,24 +343,17 @@ def doubled(section_map: SectionMap, point: Point) -> Offshoot | None:
 def other_branch(section_map: SectionMap, point: Point) -> Offshoot | None:
     """Return a point of the other branch through a branch point; None if there is none.
 
-    Both tangents are null vectors of (M - I, slopes).  The search direction is the null vector that
-    is normal to the tangent of this branch.
+    Both tangents are null vectors of (M - I, slopes): the search goes along the one that is normal
+    to the tangent of this branch.
     """
-    weights = point.weights
-    row = weights * weights * point.tangent
-    size = len(row)
-    matrix = np.empty((size, size))
-    matrix[:-1, :-1], matrix[:-1, -1], matrix[-1] = closing(point.cycle), point.cycle.slopes[0], row
-    return _beside(section_map, point, null_vector(matrix), point.cycle.n)
+    rows = np.column_stack([point.cycle.closing, point.cycle.slopes[0]])
+    return _beside(section_map, point, null_vector(np.vstack([rows, point.normal])), point.cycle.n)
 
 
 def _beside(
     section_map: SectionMap, point: Point, direction: np.ndarray, n: int
 ) -> Offshoot | None:
-    """Search for a point of another branch beside `point`.
-
-    It is searched for along `direction`, and along its opposite unless n is twice the period.
-    """
+    """Search for another branch along `direction`, and its opposite if n is the point's own."""
     weights = point.weights
     direction = direction / length(weights, direction)
     far, doubles = FIRST_ASIDE, n > point.cycle.n

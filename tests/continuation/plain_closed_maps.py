@@ -350,6 +350,14 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     assert (walk.alive, walk.is_explained) == (False, bool(events))
 
 
+def test_a_border_between_labels_of_one_orbit_names_the_transient():
+    walk = regime_borders.Walk((), True, "T,1")
+    border = regime_borders.Border(
+        6.0, 6.1, "transient chaos to T,1", "T,1", walk, walk, (True, True)
+    )
+    assert border.words == "the same orbit: only the transient differs"
+
+
 def test_a_branch_ends_at_a_bound_closed_unstable_or_lost():
     bounds = Bounds(2.2, 2.8)
     for sign, value in ((1.0, 2.8), (-1.0, 2.2)):
@@ -480,7 +488,7 @@ def test_a_special_point_lies_behind_the_point_of_its_index(system, bounds, plac
         a, b = track.points[special.index : special.index + 2]
         distances = [float(a.tangent @ (p.cycle.place - a.cycle.place)) for p in (special.point, b)]
         assert 0.0 <= distances[0] <= distances[1]
-        labels = [special_points.label_of_cycle(p.cycle) for p in (a, b)]
+        labels = [p.cycle.label for p in (a, b)]
         assert special.kind == "LP" or [special.before, special.after] == labels
 
 

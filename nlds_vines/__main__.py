@@ -13,7 +13,7 @@ from nlds_vines.runs import interrupts
 USUAL = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "response-curves": (
-        "nlds_vines.bifurcation.curve_command",
+        "nlds_vines.bifurcation.response_curves",
         "dampers compared: energies against frequency",
     ),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),

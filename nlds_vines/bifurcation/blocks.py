@@ -11,7 +11,7 @@ from glob import escape
 from itertools import pairwise, product
 from math import ceil, prod
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
@@ -21,7 +21,6 @@ from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
-    from nlds_vines.bifurcation.response_curves import CurveRequest
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
 MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
@@ -50,8 +49,8 @@ class Block:
         return tuple(slice(first, stop) for first, stop in self.slices)
 
 
-def blocks_of(request: Scan | CurveRequest, shard: Shard | None = None) -> list[Block]:
-    """Return the blocks of a scan, or of one shard of it; those of response curves case by case.
+def blocks_of(request: Any, shard: Shard | None = None) -> list[Block]:
+    """Return the blocks of a `Scan`, or of one shard of it; those of a `CurveRequest` by case.
 
     If orbits follow an attractor along the last axis, that axis stays whole.
     """

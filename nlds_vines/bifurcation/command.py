@@ -214,7 +214,7 @@ class Job(commands.Job):
 
     def lines(self, results: Report) -> list[str]:
         lines = [results.summary(), *results.remarks()]
-        if self.request.system.scene.walls and results.tally.labels.keys() == {"T,0"}:
+        if self.request.system.scene.walls and results.labels.keys() == {"T,0"}:
             values = parameters_in_words(self.request.system, self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:

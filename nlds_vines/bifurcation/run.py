@@ -49,20 +49,25 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.attractors import OrbitEnds
 
 _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
-COUNTED = ("status", "label", "violations", "violation_depth")  # the datasets that a tally looks at
 
 
 @dataclass
-class Tally:
-    """Counts of orbits: all, failed ones by status, those of each regime."""
+class Report:
+    """What a run did: the orbits of a scan, or of a shard of it, counted by status and regime."""
 
+    shard: Shard | None = None
+    watched: int = 0  # forcing periods for which chaotic orbits are watched
+    seconds: float = 0.0
+    empty: str = ""  # the remark on a shard without blocks
+    missing: int = 0  # number of blocks that other shards have to compute
     lanes: int = 0
     failures: Counter[int] = field(default_factory=Counter)
     labels: Counter[str] = field(default_factory=Counter)
-    violated: int = 0  # those that pass the limit of their scene
+    violated: int = 0  # orbits that pass the limit of their scene
     depths: tuple[float, float] = (math.inf, 0.0)  # the least and the largest by which they do [m]
 
-    def note(self, arrays: Mapping[str, np.ndarray]) -> None:
+    def note(self, arrays: Mapping[str, np.ndarray] | ArchiveView) -> None:
+        """Count the orbits of a block, or of an open archive."""
         status = arrays["status"]
         self.lanes += status.size
         self.failures += records.failures_in(status)
@@ -73,10 +78,6 @@ class Tally:
             self.violated += int(np.count_nonzero(passed))
             finite, (low, high) = depth[passed & np.isfinite(depth)], self.depths
             self.depths = finite.min(initial=low), finite.max(initial=high)
-
-    @property
-    def failed(self) -> int:
-        return self.failures.total()
 
     def inadmissible(self) -> list[str]:
         if not self.violated:
@@ -94,6 +95,27 @@ class Tally:
         words = [f"{count} {label}" for label, count in common]
         others = self.labels.total() - sum(count for _, count in common)
         return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
+
+    def why_failed(self) -> str:
+        """Return how many orbits failed, why, and the remedy; empty if none failed."""
+        return records.failures_in_words(self.failures, self.lanes)
+
+    def summary(self) -> str:
+        which = f"shard {self.shard}: " if self.shard else ""
+        text = f"{which}{self.lanes} orbits in {self.seconds:.1f} s"
+        return ": ".join(filter(None, [text, self.regimes()]))
+
+    def remarks(self) -> list[str]:
+        """Return further lines: an empty shard, passed limits, how long chaos was watched."""
+        if self.empty:
+            return [self.empty]
+        lines = self.inadmissible()
+        if CHAOS in self.labels:  # which may be transient
+            lines.append(
+                f"chaos: watched for {self.watched} periods each; if it is transient, its mean "
+                f"lifetime is {least_lifetime(self.watched):.0f} periods or more (95 %, one orbit)"
+            )
+        return lines
 
 
 def spectral_summary(view: ArchiveView) -> str:
@@ -285,46 +307,6 @@ _KNOWN = ("status", "regime", "label", "start_state")  # what is also known of a
 AHEAD_BYTES = 1 << 30  # bytes of finished blocks (1 GB) that may wait for this process to save them
 
 
-@dataclass
-class Report:
-    """The archive of a scan, or of a shard of it: run time and counts of its orbits."""
-
-    path: Path
-    shard: Shard | None = None
-    watched: int = 0  # forcing periods for which chaotic orbits are watched
-    seconds: float = 0.0
-    empty: str = ""  # the remark on a shard without blocks
-    missing: int = 0  # number of blocks that other shards have to compute
-    tally: Tally = field(default_factory=Tally)
-
-    def why_failed(self) -> str:
-        """Return how many orbits failed, why, and the remedy; empty if none failed."""
-        return records.failures_in_words(self.tally.failures, self.tally.lanes)
-
-    def note_archive(self) -> None:
-        """Count the orbits of an archive that was complete already."""
-        with archive.read(self.path) as view:
-            self.tally.note({name: view[name] for name in COUNTED if name in view})
-
-    def summary(self) -> str:
-        which = f"shard {self.shard}: " if self.shard else ""
-        text = f"{which}{self.tally.lanes} orbits in {self.seconds:.1f} s"
-        regimes = self.tally.regimes()
-        return f"{text}: {regimes}" if regimes else text
-
-    def remarks(self) -> list[str]:
-        """Return further lines: an empty shard, passed limits, how long chaos was watched."""
-        if self.empty:
-            return [self.empty]
-        lines = self.tally.inadmissible()
-        if CHAOS in self.tally.labels:  # which may be transient
-            lines.append(
-                f"chaos: watched for {self.watched} periods each; if it is transient, its mean "
-                f"lifetime is {least_lifetime(self.watched):.0f} periods or more (95 %, one orbit)"
-            )
-        return lines
-
-
 def run(
     request: Scan | CurveRequest,
     output: Path,
@@ -344,7 +326,7 @@ def run(
     began, waited = time.perf_counter(), Compilation.waited
     scan = request.scans[0]
     watched = most_watched(scan.transient, scan.periods, scan.effort)
-    report = Report(Path(output), how.shard, watched)
+    report = Report(how.shard, watched)
     use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
     every, selected = blocks_of(request), blocks_of(request, how.shard)
     store = Blocks(output, request)
@@ -359,16 +341,16 @@ def run(
             if arrays is None:
                 left.append(block)
             else:
-                report.tally.note(arrays)
+                report.note(arrays)
         lanes = scan.starts * sum(block.cells for block in selected)
-        with Progress(lanes, "orbit", done=report.tally.lanes, quiet=how.quiet) as progress:
+        with Progress(lanes, "orbit", done=report.lanes, quiet=how.quiet) as progress:
             computer: Computer | Cases
             if isinstance(request, Scan):
                 computer = Computer(request, tell=progress.wait)
             else:
                 computer = Cases(request, progress.wait, cached)
             if how.executor is None and how.scheduler is None:
-                _save(store, ((b, *_timed(computer, b)) for b in left), report.tally, progress)
+                _save(store, ((b, *_timed(computer, b)) for b in left), report, progress)
             elif left:
                 assert isinstance(request, Scan)  # no command hands response curves to workers
                 pool_of: Any = nullcontext(how.executor)  # which stays open
@@ -382,7 +364,7 @@ def run(
                 with pool_of as pool:
                     pairs = as_finished(pool, compute, by_index, ahead)
                     results = ((by_index[index], *result) for index, result in pairs)
-                    _save(store, results, report.tally, progress)
+                    _save(store, results, report, progress)
                 use_threads(how.threads)  # workers that are threads of this process took others
         report.missing = len(store.missing(block.index for block in every))
         if report.missing and how.shard is None and not store.is_delivered():
@@ -391,7 +373,8 @@ def run(
         return None if report.missing else writer_of(request, store, every)
 
     if not store.carry_out(how, work):
-        report.note_archive()
+        with archive.read(output) as view:  # which was complete already
+            report.note(view)
         return report
     if report.missing and store.is_delivered():
         report.missing = 0
@@ -402,7 +385,7 @@ def run(
 def _save(
     store: Blocks,
     results: Iterator[tuple[Block, dict[str, np.ndarray], float]],
-    tally: Tally,
+    report: Report,
     progress: Progress,
 ) -> None:
     """Save and count each block, while the next one is being computed."""
@@ -413,8 +396,8 @@ def _save(
             if saving is not None:
                 saving.result()
             saving = writer.submit(store.save, block.index, arrays, seconds)
-            tally.note(arrays)
-            words = [tally.regimes(), f"{tally.failed} failed"]
+            report.note(arrays)
+            words = [report.regimes(), f"{report.failures.total()} failed"]
             progress.note(arrays["status"].size, "; ".join(filter(None, words)))
         if saving is not None:
             saving.result()

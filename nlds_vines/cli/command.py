@@ -142,7 +142,7 @@ TASKS: Mapping[str, Task] = {
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "read_continuation"),
     RESPONSE_CURVES: Task(
-        "bifurcation", "curves_in", "response_curves", "picture.curves", "curve_command"
+        "bifurcation", "curves_in", "response_curves", "picture.curves", "response_curves"
     ),
     RESPONSE_HISTORY: Task("loads", "histories_in"),
     PORTRAIT: Task("portrait", "portrait_in"),

@@ -158,7 +158,7 @@ class Job(bifurcation.Job):
         from nlds_vines.transients.ensemble import ensemble_of
 
         ensemble = ensemble_of(self.archive, delay=self.delay)
-        return [self.request.title, *ensemble.lines(), *results.tally.inadmissible()]
+        return [self.request.title, *ensemble.lines(), *results.inadmissible()]
 
 
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:

@@ -165,9 +165,9 @@ def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, mo
     go_on()
     for _ in ("resumed", "complete"):
         report = run(scan, path, RunOptions(resume=True))
-        assert report.tally.failed == 1
-        assert report.tally.labels.total() == 4
-        assert report.tally.labels["failed"] == 1
+        assert report.failures.total() == 1
+        assert report.labels.total() == 4
+        assert report.labels["failed"] == 1
 
 
 SLOW = {"C": -0.06, "omega": 0.01, "K": 3.2e7}

@@ -40,7 +40,7 @@ def calls(here, monkeypatch):
             raise asked.error
         return SimpleNamespace(
             lanes=scan.lanes,
-            tally=SimpleNamespace(labels={"T,0": 1, "chaos": 1}),
+            labels={"T,0": 1, "chaos": 1},
             why_failed=lambda: f"{asked.failed} of 1201 orbits failed" if asked.failed else "",
             summary=lambda: "the summary",
             remarks=lambda: ["a remark"],

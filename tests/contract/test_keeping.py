@@ -22,7 +22,7 @@ from tqdm import tqdm
 import nlds_vines as nv
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation.run import Tally, _save, wanted_of
+from nlds_vines.bifurcation.run import Report, _save, wanted_of
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.compilation import Compilation
@@ -52,7 +52,7 @@ def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
     }
     blocks = [(SimpleNamespace(index=i), arrays, 0.0) for i in range(2)]
     with Progress(9, "orbit", quiet=False) as progress:
-        _save(SimpleNamespace(save=lambda *_: None), iter(blocks), Tally(), progress)
+        _save(SimpleNamespace(save=lambda *_: None), iter(blocks), Report(), progress)
     err = capsys.readouterr().err
     assert err.startswith("6 of 9 orbits, ")
     assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")

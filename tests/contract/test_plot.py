@@ -208,12 +208,12 @@ def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tm
 def test_orbits_beyond_the_limit_are_reported_hatched_and_in_the_legend(passing):
     from nlds_vines.bifurcation.run import Report
 
-    report = Report(passing)
-    report.note_archive()
-    (line,) = [text for text in report.remarks() if text.startswith("inadmissible")]
+    report = Report()
     with read(passing) as view:
+        report.note(view)
         depth = view["violation_depth"]
         assert (view["violations"] > 0).all()
+    (line,) = [text for text in report.remarks() if text.startswith("inadmissible")]
     assert f"3 of 3 orbits pass the limit, by {depth.min():.2g} to {depth.max():.2g} m" in line
     figure = passing.plot()
     words = [text.get_text() for axes in figure.axes for text in axes.texts]

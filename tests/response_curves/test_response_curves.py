@@ -11,8 +11,8 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import response_curves
 from nlds_vines.bifurcation import run as running
-from nlds_vines.bifurcation.curve_command import main
 from nlds_vines.bifurcation.picture.curves import draw_curves
+from nlds_vines.bifurcation.response_curves import main
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing

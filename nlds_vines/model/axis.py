@@ -29,10 +29,7 @@ from nlds_vines.errors import (
 from nlds_vines.model.parameters import PARAMETERS, RATIOS, described, ends_in_words
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
-
-MOST_VALUES = 10**7
-"""The largest number of values: more than can be computed, fewer than fill the memory."""
-
+MOST_VALUES = 10**7  # more than can be computed, fewer than fill the memory
 _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than a float has
 
 
@@ -229,29 +226,30 @@ def sample_scale(count: int) -> Scale:
 
 
 def samples_of(source: Any) -> Samples:
-    """Return a table of samples.
+    """Return the table in a table, in arrays by name, in a DataFrame, or in a CSV file.
 
-    Arguments: `source`, the table itself; arrays of one length by name; a DataFrame, or another
-    object with `columns`; the path of a CSV file, or `{"file": path}`.  The cells of a file are
-    separated by commas, tabs or semicolons (which permit decimal commas); # begins a comment.
+    The cells of a file, given as a path or `{"file": path}`, are separated by commas, tabs or
+    semicolons (which permit decimal commas); # begins a comment.
     """
     if isinstance(source, Samples):
         return source
     if isinstance(source, Mapping) and source.keys() == {FILE}:
         source = source[FILE]
+    place = "samples"
     if isinstance(source, str | os.PathLike):
-        with at(f"samples {str(source)!r}"):
-            return _checked(_read_csv(Path(source)))
+        place = f"samples {str(source)!r}"
+        with at(place):
+            source = _read_csv(Path(source))
     if hasattr(source, "columns") and not isinstance(source, Mapping):
         source = {name: np.asarray(source[name]) for name in source.columns}
     if not isinstance(source, Mapping):
         text = "must be arrays by name, a DataFrame or the path of a CSV file"
         raise RequestError(f"samples = {shown(source)} {text}")
-    with at("samples"):
-        return _checked(source)
+    with at(place):
+        return Samples(_checked(source))
 
 
-def _checked(table: Mapping[Any, Any]) -> Samples:
+def _checked(table: Mapping[Any, Any]) -> dict[str, np.ndarray]:
     if not table:
         raise RequestError("the table has no column")
     columns: dict[str, np.ndarray] = {}
@@ -278,7 +276,7 @@ def _checked(table: Mapping[Any, Any]) -> Samples:
         raise RequestError(f"columns of different lengths: {words}; all must have as many values")
     if not 1 <= (count := min(counts.values())) <= MOST_VALUES:
         raise RequestError(f"the table has {count} rows; allowed: 1 to {MOST_VALUES}")
-    return Samples(columns)
+    return columns
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:

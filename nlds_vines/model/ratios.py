@@ -28,8 +28,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS, Parameter
 from nlds_vines.model.scenes import Scene
 
-RAD, HZ, RATIO = "rad/s", "Hz", "ratio"
-UNITS = (RAD, HZ, RATIO)  # the units of frequency axes: omega [rad/s], f [Hz], omega / omega0
+RAD, HZ, RATIO = UNITS = "rad/s", "Hz", "ratio"  # of axes of omega, f and omega / omega0
 
 
 @dataclass(frozen=True)
@@ -37,21 +36,21 @@ class Ratio:
     """A number in place of the parameter that it `gives`: ratio^power times a unit.
 
     `unit` returns from the parameters that it `needs`, floats or arrays in their order, the value
-    [SI] of the parameter at the ratio 1.  `power` is 1, 2 or -2.
+    [SI] of the parameter at the ratio 1.
     """
 
     what: Parameter
     gives: str
     needs: tuple[str, ...]
     unit: Callable[..., Any]
-    power: int = 1
+    power: int  # 1, 2 or -2
 
     @property
     def name(self) -> str:
         return self.what.name
 
     def unit_of(self, values: Mapping[str, Any]) -> Any:
-        """Return its unit among parameters (floats or arrays), which must make it positive."""
+        """Return its unit among parameters (floats or arrays); they must be positive."""
         missing = [name for name in self.needs if name not in values]
         if missing:
             raise RequestError(f"{self.name} needs {' and '.join(missing)}, which is missing")
@@ -85,10 +84,6 @@ def _critical(k: Any, m: Any) -> Any:
     return 2.0 * np.sqrt(k * m)
 
 
-def _frequency(k: Any, m: Any) -> Any:
-    return np.sqrt(k / m)
-
-
 def _stiffness(m: Any) -> Any:
     return (2.0 * pi) * (2.0 * pi) * m
 
@@ -106,8 +101,8 @@ RATIOS = tuple(
         ("zeta2", "c2", ("k2", "m2"), _critical, 1),
         ("zeta", "c", ("k", "m"), _critical, 1),
         ("f", "omega", (), lambda: 2.0 * pi, 1),
-        ("omega_ratio", "omega", ("k1", "m1"), _frequency, 1),
-        ("omega_ratio", "omega", ("k", "m"), _frequency, 1),
+        ("omega_ratio", "omega", ("k1", "m1"), lambda k, m: np.sqrt(k / m), 1),
+        ("omega_ratio", "omega", ("k", "m"), lambda k, m: np.sqrt(k / m), 1),
     )
 )
 
@@ -190,8 +185,8 @@ def without_ratios(
 ) -> dict[str, Any]:
     """Return the changed parameters, with those that follow from them by ratios.
 
-    `changes` holds parameters and ratios (floats or arrays), `old_values` the parameters before,
-    and `ratios` the ratios set before, each of which stays unless its parameter is changed.
+    `changes` holds parameters and ratios (floats or arrays); one of the `ratios` that were set
+    before stays unless its parameter is changed.
     """
     by_name = ratios_in(scene)
     if not ratios and by_name.keys().isdisjoint(changes):
@@ -213,10 +208,7 @@ def without_ratios(
 
 
 def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the ratios of a scene's parameters, if their units are positive.
-
-    A ratio of a stiffness is left out if the stiffness is 0.
-    """
+    """Return the ratios of a scene's parameters that are defined."""
     return {
         name: ratio.of(values[ratio.gives], values)
         for name, ratio in ratios_in(scene).items()
@@ -229,11 +221,9 @@ def of_parameters(scene: Scene, values: Mapping[str, float]) -> dict[str, float]
 def axes_of_parameters(
     axes: tuple[Axis, ...], scene: Scene, values: Mapping[str, float], changing: Collection[str]
 ) -> tuple[Axis, ...]:
-    """Replace each axis along a ratio with a constant unit by the axis along its parameter.
+    """Replace each axis along a ratio by the axis along its parameter, if that is a multiple.
 
-    Arguments: the `axes`, the scene and its parameters; the names of all parameters that are
-    `changing` from one orbit to another.  The axis of a ratio with a changing unit stays, and so
-    does that of f1, T1 and frequency_ratio, of which the parameter is no multiple.
+    It is not for f1, T1 and frequency_ratio, nor if the ratio's unit is `changing` over the orbits.
     """
     by_name, result = ratios_in(scene), []
     for axis in axes:

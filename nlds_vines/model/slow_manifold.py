@@ -21,15 +21,10 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 
+# the largest amplitude over the clearance: far beyond, the damper takes no energy
 _MOST_XI = 1e3
-"""The largest amplitude over the clearance of a response: far beyond, the damper is a mass that
-sticks to neither wall and takes no energy."""
-
 _LEAST_XI = 1e-6  # the smallest amplitude over the clearance if e = 1, when xi_min is 0
-
-_LEAST_S = 1e-15
-"""The smallest s > 0 at which `best` evaluates Gamma: below the optimum of every e < 1."""
-
+_LEAST_S = 1e-15  # the smallest s > 0 that `best` evaluates, below the optimum of every e < 1
 _REAL = 1e-7  # imaginary part over the modulus of a real root: a double root has half the digits
 
 

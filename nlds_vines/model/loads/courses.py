@@ -28,12 +28,8 @@ from nlds_vines.model.setting import (
 )
 
 ORDER = 14  # the order of the polynomials, which is that of a flight
-
 TERMS = ORDER + 1
-
-REACH = 0.5
-"""Longest cell, in units of 1/rate of a load: the truncation error is below 0.5^15 / 15!."""
-
+REACH = 0.5  # longest cell, in units of 1/rate of a load: truncated by less than 0.5^15 / 15!
 SPLITTER = 134217729.0  # 2^27 + 1: splits a float64 into two halves of 26 bits each (Veltkamp)
 
 
@@ -60,12 +56,11 @@ def relative_growth(y: np.ndarray) -> np.ndarray:
 
     For |y| < 1/2 the series of y^k / (k + 1)!, k < 16, avoids the cancellation in e^y - 1.
     """
-    small = np.where(np.abs(y) < 0.5, y, 0.0)
-    series = np.ones_like(y)
+    is_small, series = np.abs(y) < 0.5, np.ones_like(y)
     for k in range(16, 1, -1):
-        series = 1.0 + series * small / k
-    large = np.where(np.abs(y) < 0.5, 1.0, y)
-    return np.where(np.abs(y) < 0.5, series, (exponential(large) - 1.0) / large)
+        series = 1.0 + series * np.where(is_small, y, 0.0) / k
+    large = np.where(is_small, 1.0, y)
+    return np.where(is_small, series, (exponential(large) - 1.0) / large)
 
 
 def turns_at(frequency: float, times: np.ndarray) -> np.ndarray:
@@ -138,11 +133,10 @@ def polynomial(coefficients: np.ndarray, at: np.ndarray, lengths: np.ndarray) ->
 
 # ---- every load ----------------------------------------------------------------------------------
 
-
 G = 9.80665  # standard gravity [m/s^2]
 FORCES = {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605}  # units of a force on m1, in N
 
-ACCELERATIONS = {
+ACCELERATIONS = {  # units of an acceleration of the ground, in m/s^2
     "m/s^2": 1.0,
     "cm/s^2": 0.01,
     "gal": 0.01,
@@ -153,8 +147,6 @@ ACCELERATIONS = {
     "%g": 0.01 * G,
     "mg": 0.001 * G,
 }
-"""Units of an acceleration of the ground, in m/s^2."""
-
 UNITS = (*FORCES, *ACCELERATIONS)
 
 _SPELLINGS = {**{unit.lower(): unit for unit in UNITS}, **{"gals": "gal", "gs": "g", "lbs": "lbf"}}
@@ -198,11 +190,8 @@ def nonzero(name: str, value: Any, /) -> float:
 class Load:
     """A load on a structure, validated when it is made."""
 
-    kind: ClassVar[str]
-    """Its key in `[load]`."""
-
-    table: ClassVar[str]
-    """The name of its table, `load.KIND`."""
+    kind: ClassVar[str]  # its key in `[load]`
+    table: ClassVar[str]  # the name of its table, `load.KIND`
 
     def __init_subclass__(cls) -> None:
         cls.table = f"load.{getattr(cls, 'kind', '')}"
@@ -250,7 +239,7 @@ class Course(Load):
     @property
     def factor(self) -> float:
         """Its unit in N or m/s^2."""
-        return {**FORCES, **ACCELERATIONS}[self.unit]
+        return (FORCES | ACCELERATIONS)[self.unit]
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """Return its rates [1/s] at `times` (n,), none of which is a kink.
@@ -261,10 +250,7 @@ class Course(Load):
         raise NotImplementedError
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return Taylor coefficients (n, m), m <= TERMS, in its unit, over cells without a kink.
-
-        Arguments: the times at which the cells begin (n,) and their lengths (n,) [s].
-        """
+        """Return Taylor coefficients (n, m), m <= TERMS, in its unit, over cells without a kink."""
         raise NotImplementedError
 
 
@@ -293,8 +279,7 @@ class Pulse(Course):
         return self.at + self.every * np.arange(self.repeat)
 
     @property
-    def end(self) -> float:
-        """How long after its beginning a pulse acts [s]."""
+    def end(self) -> float:  # of a pulse, after its beginning
         return self.length
 
     @property
@@ -378,10 +363,7 @@ class Triangular(Pulse):
 
 @dataclass(frozen=True, kw_only=True)
 class Friedlander(Pulse):
-    """The pressure of a blast in air: F (1 - t / length) exp(-decay t / length).
-
-    Source: the modified Friedlander equation.
-    """
+    """The pressure of a blast in air: F (1 - t / length) exp(-decay t / length), Friedlander's."""
 
     decay: float = setting(1.0, Real(0.0, 100.0), "", "exponent of the decay over its length")
     suction: bool = setting(
@@ -419,7 +401,6 @@ class Friedlander(Pulse):
 
 TURN = 2.0 * np.pi
 RATE = Real(1e-9, 1e9)
-
 LINEAR, LOGARITHMIC = "linear", "logarithmic"
 
 
@@ -482,7 +463,7 @@ class Sweep(Course):
         return (times >= self.at) & (times < self.at + self.length)
 
     def rates(self, times: np.ndarray) -> np.ndarray:
-        """Return its largest frequency, with a margin for the change of the frequency."""
+        # the largest frequency, with a margin for its change
         rate = max(self.first, self.last) + 1.0 / self.length + abs(self._log_ratio) / self.length
         rate += np.sqrt(abs(self.last - self.first) / self.length)
         return np.where(self._acts(times), rate, 0.0)
@@ -565,8 +546,7 @@ class Noise(Course):
         return np.full(len(times), self.high)
 
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """Return the rows of the sum; they take 3 ns for each cell and tone."""
-        from nlds_vines.kernels.numerics.tones import fill_tones
+        from nlds_vines.kernels.numerics.tones import fill_tones  # 3 ns for each cell and tone
 
         begins, lengths = np.ascontiguousarray(begins), np.ascontiguousarray(lengths)
         rows = np.empty((len(begins), TERMS))

@@ -54,16 +54,14 @@ COARSE = 0.1  # the largest step of a record, in natural periods of the structur
 class Cells:
     """A load as the kernels take it.
 
-    `edges` (n + 1,) [s] ascend.  `rows` (n, TERMS) are the coefficients of the force on m1 [N] in
-    powers of x = (t - edges[j]) / (edges[j + 1] - edges[j]).  `jumps` (n + 1,) are those of v1
-    [m/s] at the edges, or None.  `share` is 1 for a force on m1 alone.  It is 0 for the force
-    -m1 a of the ground's acceleration a: then -m2 a acts on the damper, and x1 and x2 are relative
-    to the ground.
+    `share` is 1 for a force on m1 alone.  It is 0 for the force -m1 a of the ground's acceleration
+    a: then -m2 a acts on the damper, and x1 and x2 are relative to the ground.
     """
 
-    edges: np.ndarray
+    edges: np.ndarray  # (n + 1,) [s], ascending
+    # (n, TERMS): the force on m1 [N] in powers of x = (t - edges[j]) / (edges[j + 1] - edges[j])
     rows: np.ndarray
-    jumps: np.ndarray | None
+    jumps: np.ndarray | None  # (n + 1,): those of v1 [m/s] at the edges
     share: float
 
 
@@ -84,14 +82,12 @@ class Blow(Load):
 
 
 ALL: Mapping[str, type[Load]] = {Blow.kind: Blow, **KINDS}
-
-
-OPTIONS = {
+NUMBERS = ("impulse", "scale")
+OPTIONS = {  # on the command line, of the keys of `[load]` itself
     "impulse": "--impulse",
     "harmonic": "--harmonic",
     "scale": "--vary scale=0.5:2:4, in a tuning --over",
 }
-"""The keys of `[load]` itself, with their options on the command line."""
 
 
 def of_load(name: str) -> RequestError:
@@ -240,10 +236,7 @@ class Loading:
         return loads[0], settings[key]
 
     def check(self, duration: float, period: float) -> None:
-        """Raise `RequestError` for noise that recurs, coarse records and too many cells.
-
-        `period` is the natural period [s] of the structure.
-        """
+        """Raise `RequestError` for recurring noise, too many cells, records coarse for `period`."""
         for noise in self.noise:
             if noise.recurrence < duration:
                 raise RequestError(
@@ -269,11 +262,7 @@ class Loading:
         return [one.summary(duration) for one in self.record]
 
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
-        """Return the sum in cells.
-
-        `reach` is the longest cell [s] that the flights of the structure allow; `marks` are
-        further edges [s].
-        """
+        """Return the sum in cells of at most `reach` [s], with further edges at `marks` [s]."""
         push = -on.mass if self.shaken else 1.0
         acting = [(one, push * one.factor * self.scale) for one in self.parts]
         if self.harmonic and on.force:
@@ -323,9 +312,6 @@ class Struck(NamedTuple):
     mass: float
     force: float = 0.0
     omega: float = 1.0
-
-
-NUMBERS = ("impulse", "scale")
 
 
 def _as_needed(entry: Setting, value: float) -> float:

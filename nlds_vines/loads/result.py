@@ -32,6 +32,10 @@ HISTORIES = {
     "x1": ("m", "displacement of the structure, relative to the ground"),
     "x2": ("m", "displacement of the damper, relative to the ground"),
     "work": ("J", "energy that came in so far, by the start and by the load"),
+    **{
+        f"dissipated_{k}": ("J", f"energy dissipated by {words} so far")
+        for k, words in WAYS.items()
+    },
 }
 
 
@@ -321,18 +325,14 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
             return view[name] if name in view else np.full((len(codes), *shape), np.nan)
 
         numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
-        histories = {name: values(name, len(time)) for name in HISTORIES}
-        dissipated = {sink: values(f"dissipated_{sink}", len(time)) for sink in WAYS}
-        results = {
-            system.name: ResponseHistory(
-                time=time,
-                dissipated={sink: rows[i] for sink, rows in dissipated.items()},
-                numbers={name: float(column[i]) for name, column in numbers.items()},
-                status=int(codes[i]),
-                **{name: rows[i] for name, rows in histories.items()},
+        histories, results = {name: values(name, len(time)) for name in HISTORIES}, {}
+        for i, system in enumerate(request.systems):
+            rows = {name: each[i] for name, each in histories.items()}
+            dissipated = {sink: rows.pop(f"dissipated_{sink}") for sink in WAYS}
+            of_system = {name: float(column[i]) for name, column in numbers.items()}
+            results[system.name] = ResponseHistory(
+                time=time, **rows, dissipated=dissipated, numbers=of_system, status=int(codes[i])
             )
-            for i, system in enumerate(request.systems)
-        }
         return ResponseHistories(place, request, results)
 
 

@@ -81,26 +81,17 @@ def contents(
     table = {entry.name: (dims, entry.unit, entry.words) for entry in OF_LOADS}
     if not request.vary:
         table |= {name: ((*dims, "time"), *words) for name, words in HISTORIES.items()}
-        sinks = zip(WAYS, ("dashpot c1", "dashpot c2", "contacts"), strict=True)
-        table |= {
-            f"dissipated_{sink}": ((*dims, "time"), "J", f"energy dissipated by {words} so far")
-            for sink, words in sinks
-        }
     shape = (len(request.systems), *request.shape)
-    filled = [
+    datasets = [
         (Dataset.real(name, of, unit, words), arrays[name].reshape(*shape, *arrays[name].shape[1:]))
         for name, (of, unit, words) in table.items()
         if np.isfinite(arrays[name]).any()
     ]
     status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
-    return scales, [
-        *filled,
-        (status, arrays["status"].reshape(shape)),
-        *(
-            (Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values)
-            for name, values in (request.columns.items() if request.sampled else ())
-        ),
-    ]
+    datasets.append((status, arrays["status"].reshape(shape)))
+    for name, values in request.columns.items() if request.sampled else ():
+        datasets.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
+    return scales, datasets
 
 
 # ---- orbits --------------------------------------------------------------------------------------

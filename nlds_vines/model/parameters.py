@@ -222,7 +222,6 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
 }
 
 PHASE = "phase"  # the phase of the force at the start: an initial condition outside the state
-
 INITIAL: Mapping[str, Parameter] = {
     entry.name: entry
     for entry in (
@@ -235,9 +234,8 @@ INITIAL: Mapping[str, Parameter] = {
         Parameter(PHASE, "φ", "rad", "phase of the force at the start", low=0, high=2 * pi),
     )
 }
-"""Initial conditions: state and phase.  They may vary like parameters."""
 
-
+# in place of a parameter (`model.ratios`)
 RATIOS: Mapping[str, Parameter] = {
     entry.name: entry
     for entry in (
@@ -256,10 +254,8 @@ RATIOS: Mapping[str, Parameter] = {
                   0, above=True),
     )
 }  # fmt: skip
-"""Ratios and frequencies that may replace a parameter (`model.ratios`)."""
 
-DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}
-"""Everything that may vary: parameters, initial conditions and ratios, by name."""
+DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}  # all that may vary
 
 
 def described(name: str) -> Parameter:

@@ -191,6 +191,7 @@ _STATE = "m, m/s"
 OF_SIGNALS = "{signals}"  # the unit of a quantity that has the unit of its spectrum's signal
 
 
+# the quantities of scans, the most important first; of two of one name, the first applies
 QUANTITIES = (
     Quantity(
         "section", _STATE, "state at t = nT, the integer forcing periods{frame}", ("section",),
@@ -406,24 +407,19 @@ QUANTITIES = (
     ),
     _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
 )  # fmt: skip
-"""The quantities of scans, the most important first; of two of one name, the first applies."""
-
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
 
+# the words of `[record] want`, in the order in which a request keeps them
 RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))
-"""The words of `[record] want`, in the order in which a request keeps them."""
 
-COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "x": (STRUCTURE, "x"),
-        "x1": (STRUCTURE, "x₁"),
-        "x2": ("damper", "x₂"),
-        "v": ("velocity", "v"),
-        "v1": (f"velocity of the {STRUCTURE}", "v₁"),
-        "v2": ("velocity of the damper", "v₂"),
-    }
-)
-"""The components of a section: the body or the meaning, and the symbol."""
+COORDINATES: Mapping[str, tuple[str, str]] = {  # of a section: body or meaning, and symbol
+    "x": (STRUCTURE, "x"),
+    "x1": (STRUCTURE, "x₁"),
+    "x2": ("damper", "x₂"),
+    "v": ("velocity", "v"),
+    "v1": (f"velocity of the {STRUCTURE}", "v₁"),
+    "v2": ("velocity of the damper", "v₂"),
+}
 
 
 def drawn_in(place: str) -> tuple[str, ...]:
@@ -453,7 +449,8 @@ def stored_in(buffer: str) -> tuple[Quantity, ...]:
 # ---- quantities under a load ---------------------------------------------------------------------
 
 SHARES = (0.01, 0.1, 0.5)  # of the largest E1, above which `last_1` ... are the last times
-WAYS = ("c1", "c2", "contact")  # what dissipates energy: the dashpots and the contacts
+# what dissipates energy
+WAYS = {"c1": "dashpot c1", "c2": "dashpot c2", "contact": "contacts"}
 
 
 def _of(
@@ -497,7 +494,7 @@ OF_LOADS = (
     _of("energy_in", "J", "energy brought in, by the start and by the load", "energy brought in"),
     *(_of(f"share_{sink}", "1", f"share of the energy brought in that {what} dissipated by the end",
           f"share dissipated by {what}")
-      for sink, what in zip(WAYS, ("dashpot c1", "dashpot c2", "contacts"), strict=True)),
+      for sink, what in WAYS.items()),
     _of("balance", "1", "largest abs(in - stored - dissipated) / largest energy brought in",
         "error of the energy balance", scale=ERROR),
 )  # fmt: skip

@@ -151,11 +151,6 @@ UNITS = (*FORCES, *ACCELERATIONS)
 
 _SPELLINGS = {**{unit.lower(): unit for unit in UNITS}, **{"gals": "gal", "gs": "g", "lbs": "lbf"}}
 
-UNIT_WORDS = (
-    "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2`, `ft/s^2`, "
-    "`g`, `%g` or `mg`: the ground's acceleration"
-)
-
 
 def canonical(text: str) -> str | None:
     """Return the unit that a text means, one of `UNITS`; None for other texts.
@@ -230,7 +225,11 @@ class Load:
 class Course(Load):
     """A load over time: a force on m1 or an acceleration of the ground."""
 
-    unit: str = setting("N", Checked(lambda value: unit_in("unit", value)), "", UNIT_WORDS)
+    unit: str = setting(
+        "N", Checked(lambda value: unit_in("unit", value)), "",
+        "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2`, "
+        "`ft/s^2`, `g`, `%g` or `mg`: the ground's acceleration",
+    )  # fmt: skip
 
     @property
     def is_acceleration(self) -> bool:

@@ -507,12 +507,9 @@ FORMATS: tuple[Callable[[Lines], Content | None], ...] = (_peer, _volume, _smc, 
 # ---- tables --------------------------------------------------------------------------------------
 
 
-_DIALECTS = tuple(
-    Dialect(cut, decimal)
-    for cut, decimal in (
-        (";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (None, "."), (None, ","),
-        (",", ","),
-    )
+_DIALECTS = (
+    *(Dialect(cut, decimal) for cut in (";", "\t") for decimal in (".", ",")),
+    Dialect(",", "."), BLANKS, Dialect(None, ","), Dialect(",", ","),
 )  # fmt: skip
 
 

@@ -42,7 +42,7 @@ from nlds_vines.tuning.command import tune as tune
 from nlds_vines.tuning.request import Tuning as Tuning
 from nlds_vines.tuning.request import load_tuning as load_tuning
 from nlds_vines.tuning.result import Tuned as Tuned
-from nlds_vines.upkeep.opening import open_archive as open_archive
+from nlds_vines.upkeep.plot import open_archive as open_archive
 from nlds_vines.upkeep.plot import plot as plot
 
 __version__: str

@@ -19,9 +19,8 @@ Number = TypeVar("Number", int, float)
 
 MOST_CHARACTERS = 1000  # characters of a title, a name or a note: as many as a picture can hold
 
+# Unicode's categories of control and formatting characters, half characters and line ends
 _UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode's categories of control and formatting characters, half characters and line ends."""
-
 _NUMBERS = {
     int: re.compile(r"\s*[+-]?[0-9]+\s*"),
     float: re.compile(
@@ -64,13 +63,13 @@ def at(where: str) -> Iterator[None]:
         raise RequestError(f"{where}: {error}" if where else str(error)) from None
 
 
-def shown(value: object, width: int = 60) -> str:
-    """Return `value` as it is quoted in a message: its repr, shortened to `width` characters."""
+def shown(value: object) -> str:
+    """Return `value` as it is quoted in a message: its repr, shortened to 60 characters."""
     try:
         text = " ".join(repr(value).split("\n"))
     except Exception:  # of someone else's object, or of a whole number with thousands of digits
         text = f"<{type(value).__name__}>"
-    return text if len(text) <= width else f"{text[: width - 4]} ..."
+    return text if len(text) <= 60 else f"{text[:56]} ..."
 
 
 def printable(text: str) -> str:

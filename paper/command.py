@@ -141,10 +141,10 @@ class _Job:
         """
         for request in self.requests:
             own = "scan_hash" if request.computed else "recipe_hash"
-            refuse_replacing("picture", self.picture_path(request), self.how, own)
-        refuse_replacing("report", self.report_path, self.how, _OWN_REPORT)
+            refuse_replacing("picture", self.picture_path(request), self.how.overwrite, own)
+        refuse_replacing("report", self.report_path, self.how.overwrite, _OWN_REPORT)
         if self.page is not None:
-            refuse_replacing("--page", self.page, self.how)
+            refuse_replacing("--page", self.page, self.how.overwrite)
         for path, computed in self.archives.items() if dry_run else ():
             refuse_begun(path, computed, self.how)
 

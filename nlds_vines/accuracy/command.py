@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli import running
 from nlds_vines.cli.command import Command
-from nlds_vines.cli.options import SET, SYSTEM, Parser, chosen_system, settings_in
+from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say, table
-from nlds_vines.errors import RequestError, from_text, shown, whole
+from nlds_vines.errors import RequestError, at, from_text, shown, whole
+from nlds_vines.model.catalog import load_system
 
 if TYPE_CHECKING:
     from nlds_vines.accuracy.measure import Reference, Result
@@ -45,15 +46,19 @@ def declare_system(parser: Parser) -> None:
 
 def system_of(options: Any) -> System:
     """Return the system of the options: of the catalog, or a scan's, in the middle of its axes."""
+    settings = SET.read(options.set)["set"] if SET.read else {}
     if options.scan is None:
-        return chosen_system(options, _DEFAULT)
+        with at("--system"):
+            system = load_system(options.system or _DEFAULT)
+        with at("--set"):
+            return system.with_(**settings)
     if options.system is not None:
         raise RequestError(
             f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
         )
     scan = load_scan(options.scan)
     middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | settings_in(options)))
+    return scan.system.with_(**(middle | settings))
 
 
 def _declare(parser: Parser) -> None:
@@ -76,7 +81,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     plot = Path("accuracy.png" if options.plot is None else options.plot)
     running.refuse_same(running.optional_path(options.scan), plot)
     running.check_plot(plot)
-    running.refuse_replacing("picture", plot, running.RunOptions(overwrite=options.overwrite))
+    running.refuse_replacing("picture", plot, options.overwrite)
     from nlds_vines.accuracy.measure import measured, methods, reference
 
     contenders = methods(system, not options.no_peers)

@@ -36,14 +36,12 @@ from nlds_vines.errors import whole as whole_number
 if TYPE_CHECKING:
     import h5py
 
+# name of a dataset, a rectangle of its cells, values
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
-"""The name of a dataset, a rectangle of its cells, and the values there."""
-
 Read = TypeVar("Read")
 
+# the errors that h5py raises for damaged files
 _DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
-"""The errors that h5py raises for damaged files."""
-
 _CHUNK_BYTES = 1 << 18  # small enough to read a few cells, large enough to compress and to seek
 _OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
 _COMPONENT = "component"  # the dimension whose values, x1, v1, x2, v2, become columns of a table
@@ -167,23 +165,14 @@ class Memory:
     ) -> None:
         used = {dim for entry in table.datasets.values() for dim in entry.dims}
         self.table, self.scales = table, {one.name: one for one in scales if one.name in used}
-        self.arrays: dict[str, np.ndarray] = {}
         self.request: Any = None
         self._attributes = attributes
-        empty = {
-            name: (table.shape(name), entry.fill, object if entry.dtype == "str" else entry.dtype)
+        self.arrays = {
+            name: np.full(table.shape(name), entry.fill, entry.memory_type)
             for name, entry in table.datasets.items()
         }
         for name, where, values in pieces:
-            shape, _, dtype = empty[name]
-            if values.shape == shape:
-                self.arrays[name] = np.asarray(values, dtype)
-                continue
-            if name not in self.arrays:
-                self.arrays[name] = np.full(*empty[name])
             self.arrays[name][where] = values
-        for name in empty.keys() - self.arrays.keys():
-            self.arrays[name] = np.full(*empty[name])
 
     @cached_property
     def attributes(self) -> dict[str, Value]:

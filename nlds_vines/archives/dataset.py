@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-TEXT_BYTES = 64
-"""Bytes that a string counts for: more than the label of any orbit takes."""
+TEXT_BYTES = 64  # bytes that a string counts for: more than the label of any orbit takes
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,11 @@ class Dataset:
     @classmethod
     def text(cls, name: str, dims: tuple[str, ...], long_name: str) -> Dataset:
         return cls(name, dims, "str", "1", long_name, "")
+
+    @property
+    def memory_type(self) -> Any:
+        """The type of its values in memory, where strings are objects."""
+        return object if self.dtype == "str" else self.dtype
 
     @property
     def tail(self) -> tuple[str, ...]:

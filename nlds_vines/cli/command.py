@@ -17,29 +17,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
+from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath, ArchiveView
-from nlds_vines.archives.provenance import (
-    CONTINUATION,
-    PORTRAIT,
-    RESPONSE_CURVES,
-    RESPONSE_HISTORY,
-    SCAN,
-    TUNING,
+from nlds_vines.cli import running
+from nlds_vines.cli.options import (
+    FREQUENCY,
+    NO_VALUE,
+    Option,
+    Parser,
+    add_settings,
+    comma_separated,
 )
-from nlds_vines.cli.options import NO_VALUE, Option, Parser, add_settings, comma_separated
-from nlds_vines.cli.running import (
-    RunOptions,
-    add_run_options,
-    check_output,
-    check_plot,
-    optional_path,
-    refuse_begun,
-    refuse_existing,
-    refuse_replacing,
-    refuse_same,
-    request_path,
-    run_options,
-)
+from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, exit_status_of, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, refuse_bytes, shown
 from nlds_vines.model.ratios import UNITS
@@ -138,14 +127,14 @@ class Task(NamedTuple):
 
 
 TASKS: Mapping[str, Task] = {
-    SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
-    TUNING: Task("tuning", "tuned"),
-    CONTINUATION: Task("continuation", "read_continuation"),
-    RESPONSE_CURVES: Task(
+    provenance.SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
+    provenance.TUNING: Task("tuning", "tuned"),
+    provenance.CONTINUATION: Task("continuation", "read_continuation"),
+    provenance.RESPONSE_CURVES: Task(
         "bifurcation", "curves_in", "response_curves", "picture.curves", "response_curves"
     ),
-    RESPONSE_HISTORY: Task("loads", "histories_in"),
-    PORTRAIT: Task("portrait", "portrait_in"),
+    provenance.RESPONSE_HISTORY: Task("loads", "histories_in"),
+    provenance.PORTRAIT: Task("portrait", "portrait_in"),
 }
 """A new kind of archive is a new entry."""
 
@@ -154,7 +143,7 @@ _ENSEMBLE = Task("transients", "ensemble_of", "ensemble")
 
 def task_of(view: ArchiveView) -> Task | None:
     """Return the task of an archive; for a scan of many starts in one cell that of ensembles."""
-    if view.content == SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
+    if view.content == provenance.SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
         return _ENSEMBLE
     return TASKS.get(view.content)
 
@@ -187,11 +176,11 @@ class Job:
         if self.frequency is not None:
             choice("--frequency", self.frequency, UNITS)
         if ArchivePath.of(self.archive).named is None:  # in memory
-            refuse_same(self.source, self.plot, *self.others())
+            running.refuse_same(self.source, self.plot, *self.others())
         else:
-            check_output(self.archive, self.source, self.plot, *self.others())
+            running.check_output(self.archive, self.source, self.plot, *self.others())
         if self.plot is not None:
-            check_plot(self.plot)
+            running.check_plot(self.plot)
             with at(f"--plot {shown(str(self.plot))}"):
                 self.check_picture()
 
@@ -200,10 +189,10 @@ class Job:
         after = cls.is_named_after_source and options.source is not None
         named = f"{Path(options.source).stem}.h5" if after else cls.default
         files: dict[str, Any] = {
-            "source": request_path(options.source),
+            "source": running.request_path(options.source),
             "archive": Path(options.output or named),
-            "plot": optional_path(options.plot),
-            "how": run_options(options),
+            "plot": running.optional_path(options.plot),
+            "how": running.run_options(options),
         }
         names = {f.name for f in fields(cls)} - files.keys()
         others = {k: v for k, v in vars(options).items() if k in names and v is not None}
@@ -213,7 +202,7 @@ class Job:
     def compute(cls, request: Any, source: Any, to: Any, how: RunOptions, **others: Any) -> Any:
         """Compute a request for Python; without `to`, the archive stays in memory."""
         archive = ArchivePath.for_result(to, Path(cls.default).stem, how.resume, how.overwrite)
-        return cls(request, request_path(source), archive, how=how, **others).run()
+        return cls(request, running.request_path(source), archive, how=how, **others).run()
 
     def others(self) -> Sequence[Path | None]:
         """Return further files of the job, which it reads."""
@@ -224,11 +213,12 @@ class Job:
 
     def refuse(self, dry_run: bool = False) -> None:
         """Raise `RequestError` if files exist; with `dry_run`, for all reasons to refuse a run."""
-        refuse_existing(self.archive, self.how)
+        running.refuse_existing(self.archive, self.how)
         if self.plot is not None:
-            refuse_replacing("picture", self.plot, self.how, self.request.hash)
+            mark = self.request.hash if self.how.resume else ""
+            running.refuse_replacing("picture", self.plot, self.how.overwrite, mark)
         if dry_run:
-            refuse_begun(self.archive, self.request, self.how)
+            running.refuse_begun(self.archive, self.request, self.how)
 
     def run(self) -> Any:
         """Compute, draw, and return the results."""
@@ -291,7 +281,7 @@ def of_task(
     become options.  `about` may also have `add_run`, which declares the options of a run, `but` and
     `usual` (`add_settings`).
     """
-    add_run, but = about.pop("add_run", add_run_options), about.pop("but", ())
+    add_run, but = about.pop("add_run", running.add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})
 
     def declare(parser: Parser) -> None:
@@ -304,8 +294,7 @@ def of_task(
             option.add(group)
         add_settings(group, *owners, but=but, usual=usual)
         if not any("frequency" in settings_of(owner) for owner in owners):
-            words = f"unit of the frequency axis: {', '.join(UNITS)} [as stated]"
-            parser.add_argument("--frequency", metavar="UNIT", help=words)
+            FREQUENCY.add(parser)
         add_run(parser)
 
     def carry_out(chosen: argparse.Namespace) -> int:

@@ -18,15 +18,14 @@ from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknow
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.setting import Document, Truth, settings_of
-from nlds_vines.model.system import System
 
 Group = argparse._ArgumentGroup
 
+# an option with `--` for its value, of which argparse makes an empty list
 NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
-"""An option with `--` for its value, of which argparse makes an empty list."""
 
+# a link in Markdown, of which its words are kept, and marks of code
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
-"""A link in Markdown, of which its words are kept, and the marks of code."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -175,10 +174,13 @@ def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, An
 
 
 VARY = named("--vary", "NAME=START:STOP:NUM", "an axis; NUM:log: equal ratios", "vary", spaced)
-
-
 SAMPLES = Option(
     "--samples", "FILE.csv", "sets of parameters, one a row", lambda text: {"samples": {FILE: text}}
+)
+FREQUENCY = Option(
+    "--frequency",
+    "UNIT",
+    "of the frequency axis: rad/s, Hz, or ratio to the structure's [as stated]",
 )
 
 
@@ -220,14 +222,3 @@ def between_colons(option: str, text: str, form: str) -> list[str]:
 def ends(option: str, text: str, *names: str) -> dict[str, float]:
     texts = between_colons(option, text, ":".join(names).upper())
     return {name: from_text(float, option, end) for name, end in zip(names, texts, strict=True)}
-
-
-def chosen_system(options: argparse.Namespace, default: str) -> System:
-    with at("--system"):
-        system = load_system(options.system or default)
-    with at("--set"):
-        return system.with_(**settings_in(options))
-
-
-def settings_in(options: argparse.Namespace) -> dict[str, Any]:
-    return dict(SET.read(options.set)["set"]) if SET.read else {}

@@ -19,12 +19,8 @@ from nlds_vines.runs.executors import MOST_THREADS, Shard, most_threads
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-PLOT_SUFFIXES = (".png", ".pdf", ".svg")
-"""The ends of the names of pictures, by which their kinds are chosen."""
-
-ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")
-"""The ends of the names of archives: HDF5 files, which netCDF-4 reads, too."""
-
+PLOT_SUFFIXES = (".png", ".pdf", ".svg")  # by which kinds of pictures are chosen
+ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")  # HDF5 files, which netCDF-4 reads, too
 _MOST_BYTES = 1 << 28  # of a picture or a page (256 MB): what is larger is none of ours
 _MOST_WORKERS = 1024  # processes of --scheduler local:N
 
@@ -195,15 +191,14 @@ def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
     Blocks(archive, request).begin(how)
 
 
-def refuse_replacing(what: str, path: Path | None, how: RunOptions, mark: str = "") -> None:
-    """Raise `RequestError` for a file other than an archive that exists, without --overwrite.
+def refuse_replacing(what: str, path: Path | None, overwrite: bool, mark: str = "") -> None:
+    """Raise `RequestError` for a file other than an archive that exists, without `overwrite`.
 
-    With --resume, a file that holds the text `mark` may be replaced: a picture holds the hash of
-    its request.  `what` is the kind of the file in words.
+    A file that holds the text `mark` may be replaced: a picture holds the hash of its request.
     """
-    if path is None or how.overwrite or not os.path.lexists(path):
+    if path is None or overwrite or not os.path.lexists(path):
         return
-    if how.resume and mark:
+    if mark:
         try:
             with open_regular(path) as file:
                 if mark.encode() in file.read(_MOST_BYTES):

@@ -16,8 +16,8 @@ from nlds_vines.runs.interrupts import (
     terminated_like_interrupted,
 )
 
+# exit statuses, beside those of `interrupts`
 DONE, ORBITS_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
-"""Exit statuses, beside those of `interrupts`."""
 
 
 def exit_status_of(name: str, work: Callable[[], int]) -> int:

@@ -14,19 +14,16 @@ from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.cli.command import Command, changes
-from nlds_vines.cli.options import SET, SYSTEM, Parser
-from nlds_vines.cli.running import RunOptions
+from nlds_vines.cli.options import FREQUENCY, SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice, shown, whole
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
+from nlds_vines.runs.executors import most_threads
 from nlds_vines.runs.interrupts import exit_without_destructors
 
 ADDRESS = "127.0.0.1"  # the only address at which the page is served
 PORT = 5006  # the default port; 0 takes a free one
-
-FREQUENCY = f"unit of the frequency of the force: {', '.join(UNITS)} [as stated]"
-"""The help of --frequency."""
 
 _CELLS = 401  # of the diagram of a system without a scan
 _WINDOW = (0.7, 1.3)  # of its frequencies, in natural frequencies of the structure
@@ -101,7 +98,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     else:
         scan = load_scan(source, document, "command line")
     refuse_without_bokeh("explore")
-    RunOptions()  # refuses an environment in which no kernel can be loaded
+    most_threads()  # refuses an environment in which no kernel can be loaded
     if options.frequency is not None:
         choice("--frequency", options.frequency, UNITS)
     results = None
@@ -143,10 +140,9 @@ def _carry_out(options: argparse.Namespace) -> int:
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("source", nargs="?", metavar="FILE.h5|SCAN.toml", help="by default Figure 8, computed now")
-    for option in (SYSTEM, SET):
+    for option in (SYSTEM, SET, FREQUENCY):
         option.add(parser)
     add("--port", type=int, default=PORT, metavar="N", help=f"[{PORT}]; 0: one that is free")
-    add("--frequency", metavar="UNIT", help=FREQUENCY)
     add("--no-browser", action="store_true", help="only print the address")
     add("--dry-run", action="store_true", help="only say what would be shown")
 

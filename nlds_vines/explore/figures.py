@@ -10,20 +10,9 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from bokeh import models
 from bokeh.document import Document
-from bokeh.models import (
-    BoxSelectTool,
-    Button,
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTickFormatter,
-    Div,
-    FixedTicker,
-    LinearColorMapper,
-    Model,
-    Range1d,
-    Span,
-)
+from bokeh.models import Range1d, Span
 from bokeh.plotting import figure
 
 from nlds_vines.explore.live_orbit import Arrays
@@ -35,12 +24,9 @@ from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
 from nlds_vines.portrait.request import panels_of
 
+# colors of the structure, of the harmonic force, and of walls and sections
 BODY, FORCE, WALL = GRAY, HUES["sky"], HUES["vermillion"]
-"""The colors of the structure, of the harmonic force, and of the walls and sections."""
-
-MAP_HEIGHT, DIAGRAM_HEIGHT, STRIP_HEIGHT = 520, 430, 14
-"""Heights [pixels] of a map, of a diagram, and of a row of regimes above a diagram."""
-
+MAP_HEIGHT, DIAGRAM_HEIGHT, STRIP_HEIGHT = 520, 430, 14  # pixels
 _LEFT, _RIGHT = 76, 12  # pixels beside the axes, so that figures one above another are aligned
 _MOST_BOXES = 20_000  # hatched boxes that a browser draws at once
 
@@ -50,23 +36,23 @@ def page_file(name: str) -> str:
 
 
 LOOK: dict[str, Any] = {"stylesheets": [page_file("widget.css")]}
+# the settings of all widgets, and of those that fill the width of their part of the page
 WIDE: dict[str, Any] = {"sizing_mode": "stretch_width", **LOOK}
-"""The settings of all widgets, and of those that fill the width of their part of the page."""
 
 
-def text(name: str = "", **settings: Any) -> Div:
+def text(name: str = "", **settings: Any) -> models.Div:
     """Return a line of text, by default empty, with the look of this `name`."""
-    return Div(margin=(1, 5), css_classes=[name] if name else [], **WIDE, **settings)
+    return models.Div(margin=(1, 5), css_classes=[name] if name else [], **WIDE, **settings)
 
 
-def theme_button() -> Button:
-    made = Button(label="◐", width=34, **LOOK)
-    made.js_on_click(CustomJS(code="TURN()"))
+def theme_button() -> models.Button:
+    made = models.Button(label="◐", width=34, **LOOK)
+    made.js_on_click(models.CustomJS(code="TURN()"))
     return made
 
 
 def frame(
-    document: Document, title: str, parts: Mapping[str, Sequence[Model]], **variables: Any
+    document: Document, title: str, parts: Mapping[str, Sequence[models.Model]], **variables: Any
 ) -> None:
     """Put the models of each part of a page into the frame that all pages share.
 
@@ -109,8 +95,8 @@ class Layer:
     def __init__(self, home: Any) -> None:
         nothing = np.zeros((1, 1), np.uint8)
         data = {"image": [nothing], "x": [0.0], "y": [0.0], "dw": [1.0], "dh": [1.0]}
-        self.source = ColumnDataSource(data)
-        self.mapper = LinearColorMapper(palette=[CLEAR], low=-0.5, high=0.5)
+        self.source = models.ColumnDataSource(data)
+        self.mapper = models.LinearColorMapper(palette=[CLEAR], low=-0.5, high=0.5)
         home.image(
             "image", "x", "y", "dw", "dh", source=self.source, color_mapper=self.mapper,
             level="image",
@@ -156,7 +142,7 @@ class MapFigure:
             "values and label the page then reads out",
         }
         self.beneath, self.picture = Layer(self.main), Layer(self.main)
-        self.hatch = ColumnDataSource({"left": [], "right": [], "bottom": [], "top": []})
+        self.hatch = models.ColumnDataSource({"left": [], "right": [], "bottom": [], "top": []})
         self.main.quad(
             "left", "right", "bottom", "top", source=self.hatch, fill_color=None, line_color=None,
             hatch_pattern="/", hatch_color=GRAY, hatch_scale=6, hatch_weight=0.7, level="image",
@@ -165,14 +151,14 @@ class MapFigure:
         self.lines = [Span(dimension=one, line_color=GRAY, line_width=1) for one in dimensions]
         for line in self.lines:
             self.main.add_layout(line)
-        self.mark = ColumnDataSource({"x": [], "y": []})
+        self.mark = models.ColumnDataSource({"x": [], "y": []})
         for shade, width in (("#ffffff", 4.0), ("#000000", 1.6)):  # seen on any color
             self.main.scatter(
                 "x", "y", source=self.mark, size=13, fill_color=None, line_color=shade,
                 line_width=width, nonselection_alpha=1.0,
             )  # fmt: skip
         if refining:
-            box = self.main.select_one(BoxSelectTool)
+            box = self.main.select_one(models.BoxSelectTool)
             box.description = "compute a rectangle finer"
             box.dimensions = "both" if self.is_map else "width"
         self.strip = self.regimes = None
@@ -204,7 +190,7 @@ class MapFigure:
             axis.axis_label = one.label
             if not one.even:
                 every = one.at[:: -(-one.at.size // 8)].astype(int).tolist()
-                axis.ticker = FixedTicker(ticks=every)
+                axis.ticker = models.FixedTicker(ticks=every)
                 values = one.axis.values
                 axis.major_label_overrides = {i: f"{values[i]:.4g}" for i in every}
 
@@ -274,7 +260,7 @@ class OrbitFigures:
     each wall its lines; `legend` (HTML).
     """
 
-    def __init__(self, system: System, unit: str = RAD) -> None:
+    def __init__(self, system: System, unit: str | None = RAD) -> None:
         scene = system.scene
         color, wall = DAMPERS.get(system.name, INK), WALL
         if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
@@ -283,7 +269,7 @@ class OrbitFigures:
             wall = HUES["blue"]
         other = HUES["blue"] if wall == WALL else WALL
         body = BODY if scene.damper else color
-        self.sources: dict[str, ColumnDataSource] = {}
+        self.sources: dict[str, models.ColumnDataSource] = {}
         self.walls: list[list[Span]] = [[] for _ in scene.obstacle(system.parameters)]
         self.wide: list[Any] = []
         self.time, panels = Range1d(0, 1), panels_of([scene])
@@ -308,7 +294,7 @@ class OrbitFigures:
             over_time("relative", "x₂ − x₁ [m]", {"u": color}, True)
         if "force" in panels:
             made = over_time("force", "force [kN]", {"harmonic": FORCE, "force": wall}, False)
-            made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
+            made.yaxis.formatter = models.CustomJSTickFormatter(code="return String(tick / 1000)")
         self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
 
         dots: dict[str, Any] = {"line_color": None, "fill_color": wall, "size": 5}
@@ -360,7 +346,7 @@ class OrbitFigures:
         self.legend = "".join(chip(shade, words) for shade, words in entries)
 
     def _draw(self, add: Callable[..., Any], panel: str, x: str, y: str, **look: Any) -> None:
-        source = self.sources.setdefault(panel, ColumnDataSource(name=f"{panel} data"))
+        source = self.sources.setdefault(panel, models.ColumnDataSource(name=f"{panel} data"))
         for name in (x, y):
             if name not in source.data:
                 source.add(np.empty(0), name)

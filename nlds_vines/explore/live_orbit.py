@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 Arrays = dict[str, np.ndarray]
 
-SHOW, LONG = 12, 100
-"""Forcing periods of a settled or short history, and of a longer one from the start."""
-
+SHOW, LONG = 12, 100  # forcing periods of a settled or short history, and of a longer one
 MOST_PERIODS = 2000  # the most periods of a history from the start, which take 0.05 s
 MOST_POINTS = 1000  # points of a curve over time, more than a wide panel has pixels
 
@@ -50,9 +48,7 @@ HISTORIES: Mapping[str, str] = {
 
 SAMPLES = 256  # states per period, about five in a contact; the list of impacts has the exact peak
 
-MOST_PHASE_PERIODS = 24
-"""The most forcing periods of a phase trajectory; more of a chaotic one would fill the plane."""
-
+MOST_PHASE_PERIODS = 24  # of a phase trajectory; more of a chaotic one would fill the plane
 HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the forcing frequency
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
 # the names of saved files
@@ -81,7 +77,7 @@ def live_orbit(
     start: Sequence[float] | None,
     scan: Scan,
     history: str = SETTLED,
-    unit: str = RAD,
+    unit: str | None = RAD,
 ) -> LiveOrbit:
     """Follow and classify an orbit with the sampling of a `scan`.
 

@@ -27,9 +27,8 @@ from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.page_state import READY, Chosen, Job, Opened, SliderSpec, sliders_of
 
+# the least time between two images of a map under way: seconds, multiples of the painting time
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
-"""The least time between two images of a map under way: seconds, multiples of the painting time."""
-
 MAP_SIZE = (700, 340)  # pixels of a map or a diagram until the browser reports its size
 
 
@@ -69,7 +68,7 @@ class Page:
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
         histories = [*live_orbit.HISTORIES.items()]
-        self.history = self.select("time history", self.choose_history, histories)
+        self.history = self.select("time history", lambda name: self.follow(), histories)
         names = ("state", "legend", "readout", "progress")
         self.state, self.legend, self.readout, self.progress = map(figures.text, names)
         names = ("verdict", "trouble", "evidence", "files")
@@ -202,10 +201,6 @@ class Page:
         self.choose(self.chosen.cell)
         self.repaint()
 
-    def choose_history(self, name: str) -> None:
-        self.chosen.history = name
-        self.follow()
-
     def press(self, pressed: str) -> None:
         """Move by a key: `1 0 17` is a step to the right, the seventeenth key."""
         (i, j), sides = self.chosen.cell, self.chosen.results.shape
@@ -262,7 +257,7 @@ class Page:
         begin = self.chosen.begins(system)
         self.show_values()
         self.asked = number = self.asked + 1
-        results, history = self.chosen.results, self.chosen.history
+        results, history = self.chosen.results, self.history.value
 
         def compute() -> None:  # in the thread of all orbits
             if number != self.asked or self.closed:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,24 +22,21 @@ from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, 
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
-from nlds_vines.model.ratios import RAD, frequency_in, frequency_unit, meant_by
+from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
 
-MOST_SECTION = 2**24
-"""The most numbers of sections in memory (128 MB); of a larger map, each section is shortened."""
-
+MOST_SECTION = 2**24  # numbers of sections in memory (128 MB); each of a larger map is shortened
 MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes
 
+# datasets with one number for each orbit, the most important first
 NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
-"""The datasets with one number for each orbit, the most important first."""
-
 TOUCHES = drawn_in(TOUCHED)  # the datasets with a number for each touch, which only diagrams show
 
 _PLAIN = (*NUMBERS, "capture", "status", "label", "multipliers", "orbit_point")
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Stored:
     """The results of a scan, cell by cell.
 
@@ -49,7 +46,8 @@ class Stored:
             the last sampled periods, as many as `MOST_SECTION` allows.
         about: attributes of the archive, its provenance among them; empty for a scan under way.
         path: path of the archive; None for a scan under way.
-        unit: the unit in which frequencies are shown, one of `ratios.UNITS`.
+        unit: the unit in which frequencies are shown, one of `ratios.UNITS`; None for that in which
+            the request states them.
         blocks: the blocks computed so far, of a scan under way.
     """
 
@@ -57,22 +55,22 @@ class Stored:
     arrays: Mapping[str, np.ndarray]
     about: Mapping[str, Any] = field(default_factory=dict)
     path: Path | None = None
-    unit: str = RAD
-    blocks: list[Block] = field(default_factory=list, compare=False, repr=False)
-    _cache: dict[str, tuple[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    unit: str | None = None
+    blocks: list[Block] = field(default_factory=list, repr=False)
+    _cache: dict[str, tuple[int, Any]] = field(default_factory=dict, repr=False)
 
-    @cached_property
-    def frequency(self) -> tuple[str, float]:
-        """The parameter that is shown for omega, and the omega [rad/s] at which it is 1."""
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for a unit that the scan does not have."""
         scan = self.scan
+        self.unit = unit = frequency_unit(self.unit, scan.document())
         varied = meant_by(scan.system.scene, [axis.name for axis in scan.axes])
         changing = {*varied, *scan.system.following(varied)}
         constant = {n: v for n, v in scan.system.parameters.items() if n not in changing}
-        return frequency_in(self.unit, lambda name: constant.get(name, np.nan))
+        self._omega = frequency_in(unit, lambda name: constant.get(name, np.nan))
 
     def shown(self, name: str) -> tuple[str, float]:
         """Return the name shown for a parameter, and the value [SI units] that is shown as 1."""
-        return self.frequency if name == "omega" else (name, 1.0)
+        return self._omega if name == "omega" else (name, 1.0)
 
     @cached_property
     def axes(self) -> tuple[Axis, ...]:
@@ -165,7 +163,7 @@ def stored(path: str | os.PathLike[str], unit: str | None = None) -> Stored:
                 arrays[name] = view.take(name, forcing_period=slice(-shape[-2], None))
             else:
                 arrays[name] = view[name]
-        return _shown(Stored(scan, arrays, view.attrs, path), unit)
+        return Stored(scan, arrays, view.attrs, path, unit)
 
 
 def empty(scan: Scan, unit: str | None = None) -> Stored:
@@ -173,16 +171,9 @@ def empty(scan: Scan, unit: str | None = None) -> Stored:
     arrays: dict[str, np.ndarray] = {}
     for name, shape in _shapes(scan).items():
         dataset = scan.table.datasets[name]
-        dtype = object if dataset.dtype == "str" else dataset.dtype
-        arrays[name] = np.full(shape, dataset.fill, dtype)
+        arrays[name] = np.full(shape, dataset.fill, dataset.memory_type)
     arrays["status"][...] = NOT_COMPUTED
-    return _shown(Stored(scan, arrays), unit)
-
-
-def _shown(results: Stored, unit: str | None) -> Stored:
-    results = replace(results, unit=frequency_unit(unit, results.scan.document()))
-    assert results.frequency  # refuses a unit that the scan does not have
-    return results
+    return Stored(scan, arrays, unit=unit)
 
 
 def _shapes(scan: Scan) -> dict[str, tuple[int, ...]]:

@@ -31,15 +31,12 @@ INK = "#3f77b5"
 
 CLEAR = "#00000000"
 UNKNOWN = "not computed"
+# words and colors of a map of an archive that records nothing else to show
 COMPUTED = ((UNKNOWN, CLEAR), ("computed", palette.RAMP[0]), ("failed", palette.OTHERS["failed"]))
-"""Words and colors of a map of an archive that records nothing else to show."""
-
 MOST_SHARES = 6  # the most regimes whose share of the starts can be shown
 MOST_NAMED = 40  # the most regimes in a legend
 
-MOST_POINTS = 2_000_000
-"""The most points of a diagram; of longer sections it shows the last periods."""
-
+MOST_POINTS = 2_000_000  # of a diagram; of longer sections it shows the last periods
 _SHADES = 254  # of numbers; codes 0 and 1 mean "not computed" and "no value"
 
 
@@ -243,8 +240,9 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
         return Picture(values.astype(dtype), shades, legend, hatched)
     drawn = values[np.isfinite(values) & ((values > 0) | (not show.logarithmic))]
     low, high = (float(drawn.min()), float(drawn.max())) if drawn.size else (0.0, 1.0)
+    ends = [with_unit(end, show.unit) for end in (low, high)]
     if show.name.startswith(SHARE):
-        low, high = 0.0, 1.0
+        low, high, ends = 0.0, 1.0, ["0 %", "100 %"]
     if low == high:
         part = np.where(np.isfinite(values), 0.0, np.nan)
     elif show.logarithmic:
@@ -257,9 +255,6 @@ def painted(results: Stored, show: Show, start: int) -> Picture:
     of_cell = status[:, start] if show.of_start else status.min(axis=1)
     codes[of_cell.reshape(results.shape).T == NOT_COMPUTED] = 0
     shades = [CLEAR, NO_VALUE, *Viridis256[: _SHADES + 1]]
-    ends = [with_unit(end, show.unit) for end in (low, high)]
-    if show.name.startswith(SHARE):
-        ends = ["0 %", "100 %"]
     ramp = ",".join(Viridis256[: _SHADES + 1 : 15])
     bar = f'<i class="chip ramp" style="background:linear-gradient(90deg,{ramp})"></i>'
     scale = ", logarithmic" if show.logarithmic else ""

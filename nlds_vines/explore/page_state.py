@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import CellStart
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.live_orbit import SETTLED, live_orbit
+from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, Parameter, component_of, described
@@ -26,9 +26,7 @@ from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
 from nlds_vines.runs.progress import Clock
 
-MOST_ORBITS = 40_000
-"""The most orbits of a part that is computed finer: about a minute on two processors."""
-
+MOST_ORBITS = 40_000  # of a part that is computed finer: about a minute on two processors
 FEWEST = 3  # the fewest cells along each axis
 
 LOADING, READY = "loading the kernels", ""
@@ -42,9 +40,8 @@ Range = tuple[float, float]
 
 _PART = ", a part of it"  # at the end of a title
 
+# parameters with a logarithmic slider: their values spread over orders of magnitude
 LOGARITHMIC = ("K", "E1", "E2", "A", "B", "kc", "k2", "c1", "c2", "cc", "hunt_crossley")
-"""Parameters with a logarithmic slider: their values spread over orders of magnitude."""
-
 _DECADES = 100.0  # factor to either side of a logarithmic slider
 _WIDE = 2.5  # times the value, the end of a plain slider
 
@@ -86,8 +83,8 @@ class Chosen:
     """The state of a page.
 
     Attributes: `levels`, the maps computed so far, and the `place` of the shown one; the `cell` and
-    the `start` in it; the `history` of the orbit; `free`, the parameters set by sliders [SI units];
-    `begin`, a start that replaces that of the cell, or None.
+    the `start` in it; `free`, the parameters set by sliders [SI units]; `begin`, a start that
+    replaces that of the cell, or None.
     """
 
     def __init__(self, results: Stored) -> None:
@@ -95,7 +92,6 @@ class Chosen:
         self.cell, self.start = results.middle, 0
         self.free: dict[str, float] = {}
         self.begin: CellStart | None = None
-        self.history = SETTLED
 
     @property
     def results(self) -> Stored:

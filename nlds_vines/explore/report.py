@@ -6,19 +6,12 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.archives.files import write_text
+from nlds_vines.cli import running
 from nlds_vines.cli.command import Command
-from nlds_vines.cli.options import Parser
-from nlds_vines.cli.running import (
-    RunOptions,
-    check_writable,
-    existing,
-    optional_path,
-    refuse_replacing,
-    refuse_same,
-)
+from nlds_vines.cli.options import FREQUENCY, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import choice
-from nlds_vines.explore.command import FREQUENCY, refuse_samples, refuse_without_bokeh
+from nlds_vines.explore.command import refuse_samples, refuse_without_bokeh
 from nlds_vines.model.ratios import UNITS
 
 _EXAMPLES = """\
@@ -34,12 +27,12 @@ exit status: 0 done; 2 the request is wrong
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    source, branches = Path(options.source), optional_path(options.branches)
+    source, branches = Path(options.source), running.optional_path(options.branches)
     output = Path(options.output or f"{source.name.removesuffix('.h5')}.html")
     for path in filter(None, (source, branches)):
-        refuse_same(existing(path), output)
-    check_writable("output", output)
-    refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
+        running.refuse_same(running.existing(path), output)
+    running.check_writable("output", output)
+    running.refuse_replacing("output", output, options.overwrite)
     refuse_without_bokeh("report")
     if options.frequency is not None:
         choice("--frequency", options.frequency, UNITS)
@@ -65,7 +58,7 @@ def _declare(parser: Parser) -> None:
     add("source", metavar="FILE.h5", help="the archive of a scan")
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
-    add("--frequency", metavar="UNIT", help=FREQUENCY)
+    FREQUENCY.add(parser)
     add("--overwrite", action="store_true", help="replace a page")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")

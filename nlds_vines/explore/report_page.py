@@ -30,9 +30,7 @@ from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
 
-POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)
-"""Numbers of states of each section, the most first; the page holds the most that fit."""
-
+POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)  # states of each section: the most that fit
 MOST_DOTS = 100_000  # the most dots of a diagram that a browser draws at once
 BITS = 12  # bits of a number after the leading one
 _LAST, _NONE = 65534, 65535  # codes of the largest value of a component, and of no state

@@ -9,9 +9,8 @@ import numpy as np
 
 from nlds_vines.errors import RequestError
 
+# of values that can be drawn, 0 aside: sums of larger ones overflow
 LARGEST, SMALLEST = 1e300, 1e-300
-"""The bounds of values that can be drawn, 0 aside: sums of larger ones overflow."""
-
 _FEW, _FEW_UNEVEN = 4, 8  # the most values of a list: at any distances, at uneven ones
 _EVEN = 1e-6  # relative difference of equal steps, far above round-off
 

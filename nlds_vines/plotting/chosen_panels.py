@@ -63,7 +63,7 @@ class Drawing(ABC):
         plot_path: str | os.PathLike[str],
         show: str | None = None,
         frequency: str | None = None,
-    ) -> Path:
+    ) -> None:
         """Draw an archive and save the picture with the hash of its request in the metadata.
 
         For `frequency` see `count_in`.  Equal archives give equal bytes.
@@ -74,7 +74,7 @@ class Drawing(ABC):
             figure = drawn(view, lambda opened: self.figure(opened, show))
             count_in(figure, frequency, view, strict=False)
             title, scan_hash = view.text("title"), view.text("scan_hash")
-        return save_figure(figure, path, title, ("scan_hash", scan_hash))
+        save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
 @dataclass(frozen=True)
@@ -150,8 +150,8 @@ def check_format(path: Path) -> str:
     return form
 
 
-def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
-    """Save a figure, completely or not at all, and return its path.
+def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> None:
+    """Save a figure, completely or not at all.
 
     Title and `origin`, the name and the value of a hash, are in the metadata.  The suffix chooses
     one of `FORMATS`.  The file has no date, so its bytes repeat.
@@ -167,7 +167,6 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     }
     with in_one_line(f"write {path}"), styled(), matplotlib.rc_context(salt), whole(path) as part:
         figure.savefig(part, format=form, dpi=FORMATS[form], metadata=metadata[form])
-    return path
 
 
 def let_figures_be_shown() -> None:

@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 import matplotlib
 import numpy as np
-from matplotlib import rcParams
+from matplotlib import rcParams, ticker
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -31,16 +31,6 @@ from matplotlib.gridspec import GridSpec, GridSpecBase
 from matplotlib.layout_engine import ConstrainedLayoutEngine, PlaceHolderLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.textpath import TextPath
-from matplotlib.ticker import (
-    AutoLocator,
-    FixedLocator,
-    FuncFormatter,
-    Locator,
-    LogLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-)
 from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
@@ -243,11 +233,11 @@ def write_letters(panels: Sequence[Axes]) -> None:
         axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
 
 
-def logarithmic_ticks() -> LogLocator:
-    return LogLocator(subs=(1.0, 2.0, 5.0))
+def logarithmic_ticks() -> ticker.LogLocator:
+    return ticker.LogLocator(subs=(1.0, 2.0, 5.0))
 
 
-class _WrittenOut(LogLocator):
+class _WrittenOut(ticker.LogLocator):
     """Ticks at 1, 2, 5, 10, ... as far as the panel has room for their numbers."""
 
     def __init__(self, axis: Axis) -> None:
@@ -272,7 +262,7 @@ class _WrittenOut(LogLocator):
             if all(abs(log10(value / other)) * decade >= room for other in ticks):
                 ticks.append(value)
         if len(ticks) < _FEWEST:  # less than half a decade: round numbers at equal distances
-            ticks = [v for v in MaxNLocator(4).tick_values(low, high) if low <= v <= high]
+            ticks = [v for v in ticker.MaxNLocator(4).tick_values(low, high) if low <= v <= high]
         return sorted(ticks)
 
 
@@ -287,8 +277,8 @@ def _places(digits: Sequence[int], low: float, high: float, every: int = 1) -> l
 def write_out_ticks(axis: Axis) -> None:
     """Mark 1, 2, 5, 10, ... on a logarithmic axis, as far as there is room, at least three."""
     axis.set_major_locator(_WrittenOut(axis))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def size_of(axes: Axes) -> tuple[float, float]:
@@ -299,10 +289,10 @@ def size_of(axes: Axes) -> tuple[float, float]:
 # ---- the frequency in Hz, or over that of the structure, in place of rad/s -----------------------
 
 
-class _Scaled(Locator):
+class _Scaled(ticker.Locator):
     """Ticks where another locator has them for the values times a factor."""
 
-    def __init__(self, locator: Locator, factor: float) -> None:
+    def __init__(self, locator: ticker.Locator, factor: float) -> None:
         self._locator, self._factor = locator, factor
 
     def set_axis(self, axis: Any) -> None:
@@ -354,13 +344,14 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
         ends = axis.get_view_interval()
         for other in along:
             # a panel with the same range, unless its ticks are fixed
-            is_fixed = isinstance(other.get_major_locator(), FixedLocator | NullLocator)
+            locator = other.get_major_locator()
+            is_fixed = isinstance(locator, ticker.FixedLocator | ticker.NullLocator)
             if not is_fixed and np.array_equal(other.get_view_interval(), ends):
                 is_linear = other.get_scale() == "linear"
-                ticks = AutoLocator() if is_linear else _WrittenOut(other)
+                ticks = ticker.AutoLocator() if is_linear else _WrittenOut(other)
                 other.set_major_locator(_Scaled(ticks, factor))
-                other.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}"))
-                other.set_minor_formatter(NullFormatter())
+                other.set_major_formatter(lambda value, _: f"{value * factor:.6g}")
+                other.set_minor_formatter(ticker.NullFormatter())
     spec = figure.axes[0].get_subplotspec()
     if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine) and spec is not None:
         fit(figure, spec.get_topmost_subplotspec().get_gridspec())  # other numbers, other widths

@@ -47,12 +47,8 @@ COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 
 HATCHED = "undetermined"  # the label with a hatch over its color
 
-THROUGH_CHAOS = "...."
-"""The hatch over the color of a regime that an orbit reached through transient chaos."""
-
-INADMISSIBLE = ", inadmissible"
-"""The end of the label of an orbit that passes the limit of its scene."""
-
+THROUGH_CHAOS = "...."  # the hatch over a regime reached through transient chaos
+INADMISSIBLE = ", inadmissible"  # ends the label of an orbit that passes the limit of its scene
 PASSED = "\\\\\\\\"  # the hatch over such orbits
 
 _HATCHES = {HATCHED: "//////"}

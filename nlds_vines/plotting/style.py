@@ -65,9 +65,7 @@ NO_VALUE = "#c8c8c8"
 
 SHADES = "viridis"  # the color map of numbers, with even steps of lightness
 
-DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
-"""Settings of a cloud of dots, without their size."""
-
+DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}  # a cloud of dots
 ROUND_OFF = 1e-17  # the value at which an error of zero is drawn; smaller values are round-off
 
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}

@@ -17,17 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import command as commands
+from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
-from nlds_vines.cli.running import (
-    ARCHIVE_SUFFIXES,
-    RunOptions,
-    add_run_options,
-    check_writable,
-    optional_path,
-    refuse_replacing,
-    request_path,
-    run_options,
-)
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.model.setting import settings_of
@@ -140,11 +131,11 @@ def orbit_portrait(
             table = "sampling" if name in sampling else "portrait"
             changes.setdefault(table, {})[name] = value
         request = _load(source, changes, "orbit_portrait")
-    path = optional_path(to)
+    path = running.optional_path(to)
     archive, plot = (path, None) if _is_archive(path) else (None, path)
-    how = RunOptions(overwrite=overwrite, quiet=quiet)
+    how = running.RunOptions(overwrite=overwrite, quiet=quiet)
     target = ArchivePath.for_result(archive, _NAME)
-    result: Portrait = Job(request, request_path(source), target, plot, how).run()
+    result: Portrait = Job(request, running.request_path(source), target, plot, how).run()
     from nlds_vines.plotting.chosen_panels import let_figures_be_shown
 
     let_figures_be_shown()
@@ -161,7 +152,7 @@ class Job(commands.Job):
 
     @classmethod
     def from_options(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
-        how = run_options(options)
+        how = running.run_options(options)
         if how.resume and options.output is None:
             raise RequestError("--resume is for an archive: name it by -o FILE.h5")
         name = _NAME if options.source is None else Path(options.source).stem
@@ -174,11 +165,11 @@ class Job(commands.Job):
             whole("--exponents", int(periods) if periods.isdigit() else periods, 16, 10**7)
         return cls(
             request,
-            request_path(options.source),
+            running.request_path(options.source),
             ArchivePath.for_result(options.output, _NAME),
             Path(options.plot or f"{name}.png"),
             how,
-            csv=optional_path(options.csv),
+            csv=running.optional_path(options.csv),
             exponents=int(periods),
         )
 
@@ -201,14 +192,14 @@ class Job(commands.Job):
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
-            check_writable("--csv", self.csv)
+            running.check_writable("--csv", self.csv)
 
     def others(self) -> Sequence[Path | None]:
         return (self.csv,)
 
     def refuse(self, dry_run: bool = False) -> None:
         super().refuse(dry_run)
-        refuse_replacing("--csv", self.csv, RunOptions(overwrite=self.how.overwrite))
+        running.refuse_replacing("--csv", self.csv, self.how.overwrite)
 
     def results(self) -> Portrait:
         from nlds_vines.portrait.result import Portrait, histories_in
@@ -263,7 +254,7 @@ class Job(commands.Job):
 
 
 def _is_archive(source: object) -> bool:
-    return isinstance(source, str | os.PathLike) and Path(source).suffix in ARCHIVE_SUFFIXES
+    return isinstance(source, str | os.PathLike) and Path(source).suffix in running.ARCHIVE_SUFFIXES
 
 
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRequest:
@@ -313,7 +304,7 @@ main = commands.of_task(
         ),
     ),
     (Times, PortraitRequest),
-    add_run=partial(add_run_options, threads=False),
+    add_run=partial(running.add_run_options, threads=False),
     description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --start --windows --panels --at",

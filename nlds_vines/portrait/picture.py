@@ -54,9 +54,8 @@ if TYPE_CHECKING:
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
 """Colors of the bodies and the walls, near the paper's gray, black and red."""
 
+# of the harmonic force, of the damper's energy and of the stroboscopic section
 FORCE = ENERGY = SECTION = HUES["blue"]
-"""The color of the harmonic force, of the damper's energy and of the stroboscopic section."""
-
 _WALL = {"color": OBSTACLE, "linewidth": 0.9}
 BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": _WALL,
@@ -68,20 +67,17 @@ BOUNDARIES: Mapping[str, dict[str, Any]] = {
 }
 """Lines of the walls and of the limit that the damper must not reach, by name."""
 
+# states beyond which a curve is an image in vector formats, too, and thinner in all
 MOST_VECTOR, MOST_THICK = 40_000, 8_000
-"""States beyond which a curve is an image in vector formats, too, and thinner in all."""
-
 LONGEST_PLAIN = 6
 """The longest period n of an orbit whose moving boundaries are plain lines.
 
 With longer periods they are thin lines below the orbit, as the curves would hide each other."""
 
-MOST_PHASE_PERIODS = 160
-"""The most forcing periods of a phase trajectory; more of a chaotic one blacken the plane."""
+MOST_PHASE_PERIODS = 160  # of a phase trajectory; more of a chaotic one blacken the plane
 
+# the panels whose horizontal axis is time
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
-"""The panels whose horizontal axis is time."""
-
 _OF_SECTIONS = {*OVER_TIME, "section", "section1", "impact-section"} - {"force"}
 # the panels that need states at t = nT alone
 

@@ -70,12 +70,11 @@ PANELS: Mapping[str, str] = {
 }
 """The panels by name, with their contents; a page has them in the order of the request."""
 
+# the default panels
 USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
-"""The default panels."""
 
+# the panels that are planes, two of them side by side
 PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section")
-"""The panels that are planes, two of them side by side."""
-
 _OF_DAMPER = ("relative", "energy2", "phase2", "section1")
 _OF_WALLS = ("impact-section",)
 _OF_FORCES = ("force",)
@@ -88,8 +87,8 @@ MOST_STATES = 10**7  # the most states of a run: at 32 bytes each 320 MB, which 
 MOST_COLUMNS = 4  # columns of a page: more of them are too narrow to read
 
 
+# attributes of an archive of the orbit of a scan's cell: which one, and the hash of the scan
 CELL, CELL_OF = "cell", "cell_of"
-"""Attributes of an archive whose orbit is that of a scan's cell: which one, and the scan's hash."""
 
 
 class Window(NamedTuple):

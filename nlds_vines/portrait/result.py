@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 
     from nlds_vines.orbits.classification import LyapunovSpectrum
 
-POWER_SHARE = 0.99
-"""The share of the power of a spectrum whose bins the report counts, the strongest first."""
+POWER_SHARE = 0.99  # of the power of a spectrum, whose bins the report counts, the strongest first
 
 
 @dataclass(frozen=True, repr=False)
@@ -313,10 +312,7 @@ def contents(
     period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
     entries = [
-        *(
-            (e, np.array([of(view) for view in views], object if e.dtype == "str" else e.dtype))
-            for e, of in _ROW
-        ),
+        *((entry, np.array([of(view) for view in views], entry.memory_type)) for entry, of in _ROW),
         (status, np.full(len(views), OK)),  # of any other there is no portrait
         (Dataset.real("time", ("state",), "s", "time since the orbit began"), time),
         *histories,

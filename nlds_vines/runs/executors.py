@@ -24,12 +24,8 @@ from nlds_vines.runs import interrupts
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
 
-MOST_THREADS = 4096
-"""Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
-
-MOST_SHARDS = 10_000
-"""Shards of one scan: more than any cluster has tasks, so that a typing error is noticed."""
-
+MOST_THREADS = 4096  # that may be asked for: more than any machine has, to notice a typing error
+MOST_SHARDS = 10_000  # of one scan: more than any cluster has tasks, to notice a typing error
 SHARE = 4  # a piece is at most this part of one thread's share of the lanes that are left
 POLL_SECONDS = 0.2  # seconds between two looks at what other workers do
 STALL_SECONDS = 60.0  # seconds without a finished block until a line says so, again and again

@@ -24,12 +24,8 @@ from typing import ParamSpec, TypeVar
 _ANSWER = b"stopping: what is under way has a second to end; press Ctrl-C again to stop at once\n"
 _NOTICE = b"stopping: this block is finished first\n"
 
-GRACE = 1.0
-"""Seconds [s] that the work under way has to end after Ctrl-C or SIGTERM before it is abandoned."""
-
-NOTICE = getattr(signal, "SIGUSR1", None)
-"""The signal by which SLURM gives notice of the end of a job; None where there is none."""
-
+GRACE = 1.0  # seconds that work has to end after Ctrl-C or SIGTERM before it is abandoned
+NOTICE = getattr(signal, "SIGUSR1", None)  # by which SLURM gives notice of the end of a job
 INTERRUPTED, TERMINATED = 130, 143  # exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1
 
 Arguments = ParamSpec("Arguments")

@@ -17,8 +17,8 @@ _BESIDE = 66  # characters of a bar and its numbers beside the words: counts, ti
 LINE_EVERY = 5.0  # seconds between lines of progress where there is no terminal
 TICK = 1.0  # seconds between looks at the clock while something lasts of which no part is known
 
+# takes what is waited for, and since how many seconds; an empty text when that has ended
 Tell = Callable[[str, float], object]
-"""Takes what is waited for, and since how many seconds; an empty text when that has ended."""
 
 
 class Progress:

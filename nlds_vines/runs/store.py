@@ -38,9 +38,7 @@ from nlds_vines.runs.executors import threads_in_use
 Arrays = Mapping[str, np.ndarray]  # what a block holds, by name
 Write = Callable[[Path], object]  # writes an archive to a path
 
-FORCE_EVERY = 1.0
-"""Seconds after which a block is forced to the disk again: that takes some ten milliseconds."""
-
+FORCE_EVERY = 1.0  # seconds until a block is forced to the disk again, which takes some 10 ms
 _SECONDS = "seconds_of_block"
 
 

@@ -9,15 +9,9 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.archives.archive import read
+from nlds_vines.cli import running
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
-from nlds_vines.cli.running import (
-    RunOptions,
-    check_writable,
-    existing,
-    refuse_replacing,
-    refuse_same,
-)
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 
@@ -34,13 +28,13 @@ exit status: 0 done; 2 wrong request, file error or too little memory
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    source = existing(options.file)
+    source = running.existing(options.file)
     target = source.with_suffix(".csv") if options.output is None else Path(options.output)
     if target.suffix.lower() not in SUFFIXES:
         raise RequestError(f"output {shown(str(target))} must end in {' or '.join(SUFFIXES)}")
-    check_writable("output", target)
-    refuse_same(source, target)
-    refuse_replacing("output", target, RunOptions(overwrite=options.overwrite))
+    running.check_writable("output", target)
+    running.refuse_same(source, target)
+    running.refuse_replacing("output", target, options.overwrite)
     with read(source) as view:
         view.to_csv(target, *options.dataset, overwrite=options.overwrite)
     if not options.quiet:

@@ -1,7 +1,7 @@
-"""A finished archive drawn: of a scan, a tuning, transients, branches, an orbit, accuracy.
+"""A finished archive opened and drawn: of a scan, a tuning, transients, branches, an orbit.
 
 As a command: `nlds-vines plot FILE.h5`.
-In Python: `nlds_vines.plot(archive)`.
+In Python: `nlds_vines.plot(archive)`, `nlds_vines.open_archive(path)`.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
 from nlds_vines.cli.command import TASKS, Command, task_of
-from nlds_vines.cli.options import Parser
-from nlds_vines.cli.running import RunOptions, check_plot, existing, refuse_replacing, refuse_same
+from nlds_vines.cli.options import FREQUENCY, Parser
+from nlds_vines.cli.running import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError
 
@@ -25,9 +25,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from nlds_vines.bifurcation.response_curves import ResponseCurves
+    from nlds_vines.bifurcation.result import ScanArchive
+    from nlds_vines.continuation.result import Continued
+    from nlds_vines.loads.result import ResponseHistories
     from nlds_vines.plotting.chosen_panels import Drawing
+    from nlds_vines.portrait.result import Portrait
+    from nlds_vines.transients.ensemble import Ensemble
+    from nlds_vines.tuning.result import Tuned
 
-_NAME = "plot"
+    Opened = (
+        ScanArchive
+        | Ensemble
+        | ResponseCurves
+        | Tuned
+        | Continued
+        | ResponseHistories
+        | Portrait
+        | ArchivePath
+    )
+
 _EXAMPLES = """\
 examples:
   nlds-vines plot figure8.h5
@@ -42,6 +59,41 @@ examples:
       for one column of a paper, in a style sheet of matplotlib's
 exit status: 0 done; 2 the request is wrong
 """
+
+
+def open_archive(path: str | os.PathLike[str]) -> Opened:
+    """Return the results in an archive, as the function that computed them returned them.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The archive (.h5).
+
+    Returns
+    -------
+    ScanArchive, Ensemble, ResponseCurves, Tuned, Continued, ResponseHistories or Portrait
+        The results, with `.request`, `.plot()`, `.to_xarray()` and `.to_dataframe()`.
+
+    Raises
+    ------
+    RequestError
+        If the file is no archive of this program, or is damaged.
+
+    See Also
+    --------
+    read : The datasets of any archive by name.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> vary = {"omega": {"values": [6.0, 6.4]}}
+    >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
+    >>> nv.open_archive(scan).request.axes[0].name
+    'omega'
+    """
+    with read(path) as view:
+        task = task_of(view)
+        return task.read(view.path) if task else ArchivePath.of(view.path)
 
 
 def plot(
@@ -105,7 +157,19 @@ def plot(
     page = page_of(columns)
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        picture = _picture(view, show, manifold)
+        if (task := task_of(view)) is None:
+            raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+        picture: Drawing = task.picture
+        # of an ensemble, `show` may ask for the drawing of a scan
+        words = {word.strip() for word in show.split(",")} if show else set()
+        if task is TASKS[SCAN] or (
+            view.content == SCAN and show is not None and words.isdisjoint(picture.names(view))
+        ):
+            picture = replace(TASKS[SCAN].picture, manifold=manifold)
+        elif manifold:
+            raise RequestError(
+                f"{view.path} holds a {view.content}: the manifold is for maps alone"
+            )
         if others and view.content != RESPONSE_HISTORY:
             raise RequestError(f"{view.path} holds a {view.content}: no branches are drawn over it")
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
@@ -116,22 +180,6 @@ def plot(
             for other in others:
                 draw_branches(figure, view, other, ax is not None)
         return figure
-
-
-def _picture(view: ArchiveView, show: str | None, manifold: bool) -> Drawing:
-    """Return the drawing of an archive; of an ensemble, that of a scan if `show` asks for it."""
-    task, scan = task_of(view), TASKS[SCAN]
-    if task is None:
-        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
-    picture: Drawing = task.picture
-    words = {word.strip() for word in (show or "").split(",")}
-    if task is scan or (
-        view.content == SCAN and show is not None and not words & {*picture.names(view)}
-    ):
-        return replace(scan.picture, manifold=manifold)
-    if manifold:
-        raise RequestError(f"{view.path} holds a {view.content}: the manifold is for maps alone")
-    return picture
 
 
 def _carry_out(options: argparse.Namespace) -> int:
@@ -149,7 +197,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     path = archive.with_suffix(".png") if options.output is None else Path(options.output)
     check_plot(path, "output")
     refuse_same(archive, path)
-    refuse_replacing("picture", path, RunOptions(overwrite=options.overwrite))
+    refuse_replacing("picture", path, options.overwrite)
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.plotting.page import sheet
 
@@ -179,15 +227,12 @@ def _declare(parser: Parser) -> None:
         help="of maps: draw the bounds of 1:1 motion in closed form, of a free mass between two "
         "rigid walls",
     )  # fmt: skip
-    add(
-        "--frequency", metavar="UNIT",
-        help="unit of the frequency axis: rad/s, Hz, or ratio to the structure's [as stated]",
-    )  # fmt: skip
+    FREQUENCY.add(parser)
     add("--overwrite", action="store_true", help="replace a picture")
 
 
 main = Command(
-    name=_NAME,
+    name="plot",
     description="Draw a finished archive; nothing is computed.",
     examples=_EXAMPLES,
     declare=_declare,

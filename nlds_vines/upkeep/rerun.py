@@ -16,7 +16,6 @@ from nlds_vines.cli.running import add_run_options, run_options
 from nlds_vines.cli.terminal import DIFFERENT, DONE, ORBITS_FAILED, say
 from nlds_vines.errors import RequestError
 
-_NAME = "rerun"
 _EXAMPLES = """\
 examples:
   nlds-vines rerun figure8.h5
@@ -38,7 +37,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not is_scan and (how.shard is not None or how.scheduler is not None):
         raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
     job: Job = task.part(task.command).Job(task.read(source).request, source, output, None, how)
-    status = job.carry_out(_NAME, options.dry_run)
+    status = job.carry_out("rerun", options.dry_run)
     if options.dry_run or how.shard is not None or status not in (DONE, ORBITS_FAILED):
         return status
     names = differing(source, output)
@@ -70,7 +69,7 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name=_NAME,
+    name="rerun",
     description="Repeat what an archive holds, and compare the results.",
     examples=_EXAMPLES,
     declare=_declare,

@@ -206,7 +206,7 @@ def test_no_call_breaks_the_rule(here):
     assert_none_is_broken(here, 4, call)
 
 
-CALLBACKS = ("press", "set_value", "slide", "choose", "choose_history", "refine")
+CALLBACKS = ("press", "set_value", "slide", "choose", "refine")
 
 
 @pytest.fixture

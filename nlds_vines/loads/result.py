@@ -336,9 +336,6 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
         return ResponseHistories(place, request, results)
 
 
-# ---- closed forms --------------------------------------------------------------------------------
-
-
 def closed_form(system: System, load: Loading) -> dict[str, float]:
     """Return quantities of `OF_LOADS` in closed form by name; none with walls or other loads.
 

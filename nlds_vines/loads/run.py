@@ -94,9 +94,6 @@ def contents(
     return scales, datasets
 
 
-# ---- orbits --------------------------------------------------------------------------------------
-
-
 def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -> Arrays:
     """Return the results of a range of orbits by name: arrays (orbits, ...).
 
@@ -193,9 +190,6 @@ def _fly(
     most = max(1, PIECE_BYTES // (EDGE_BYTES * request.windows * request.samples))
     in_pieces(fly, count, most=most)
     return _joined([pieces[begin] for begin in sorted(pieces)])
-
-
-# ---- results of orbits ---------------------------------------------------------------------------
 
 
 def _numbers(

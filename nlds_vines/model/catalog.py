@@ -16,15 +16,16 @@ from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 
-# the keys of a scan file; of these `load_system` reads `system` and `set`
+# of a scan file, of which `load_system` reads `system` and `set`
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
 _SYSTEM_KEYS = (
     "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
     "contact_2",
 )  # fmt: skip
-
 # the source of a force of 0 N, and of its frequency, in a system for loads in time
 _NOT_GIVEN = "not given: there is no harmonic force"
+_CLONE = Path(__file__).resolve().parents[2]
+_FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}  # others: `scans`
 
 
 @cache
@@ -185,10 +186,6 @@ def _contact(
 
 
 # ---- files that come with the program ------------------------------------------------------------
-
-_CLONE = Path(__file__).resolve().parents[2]
-# all others lie in `scans`
-_FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
 
 
 def resource_text(name: str) -> str:

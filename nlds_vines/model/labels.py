@@ -70,9 +70,6 @@ def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
     return np.where(status == codes.OK, kind, FLAGS["failed"]).astype(np.int8)
 
 
-# ---- labels of many orbits -----------------------------------------------------------------------
-
-
 def final(label: str) -> str:
     """Return the regime that an orbit ended in: `transient chaos to T,0` ended in `T,0`."""
     return label.removeprefix(TRANSIENT)

@@ -267,9 +267,6 @@ def component_of(name: str) -> str:
     return name.removesuffix("_0")
 
 
-# ---- parameters in words -------------------------------------------------------------------------
-
-
 def symbol_of(name: str) -> str:
     return DESCRIBED[name].symbol if name in DESCRIBED else name
 

@@ -612,9 +612,6 @@ def _merge(
     return {name: merged[name] for name in names}
 
 
-# ---- systems in words ----------------------------------------------------------------------------
-
-
 def system_in_words(system: System) -> str:
     """Return the title of a system; without one, its kind if its name is that of a file."""
     if system.title or not (system.name == system.kind or system.name.endswith(".toml")):

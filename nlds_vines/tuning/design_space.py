@@ -20,6 +20,14 @@ from nlds_vines.model.parameters import FORCING, STRUCTURE
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import BASES, Scene
 
+NORMAL, UNIFORM = "normal", "uniform"
+CUT = 3.0  # standard deviations at which a normal distribution ends: no stiffness is negative
+DIGITS = 9  # of a place on a normal distribution: logarithms of libraries differ in the last bit
+DRAWS = 64  # the default number of draws if something is uncertain
+MOST_DRAWS = 2**16  # a power of two: only then are Sobol points even
+FRESH_DRAWS = 1024  # by which an optimum is judged again at least, none of them from the search
+FRESH_SEED = 2**32  # offset of the seed of the fresh draws: the seeds of searches are smaller
+
 
 class Bounds(NamedTuple):
     """Default bounds of a parameter, and whether its scale is logarithmic."""
@@ -116,17 +124,6 @@ def values_of(free: tuple[Free, ...], units: np.ndarray) -> np.ndarray:
 def units_of(free: tuple[Free, ...], points: np.ndarray) -> np.ndarray:
     """Return the points in the unit cube of designs [SI], one column per parameter."""
     return np.stack([item.unit(points[:, i]) for i, item in enumerate(free)], axis=1)
-
-
-# ---- uncertain parameters ------------------------------------------------------------------------
-
-NORMAL, UNIFORM = "normal", "uniform"
-CUT = 3.0  # standard deviations at which a normal distribution ends: no stiffness is negative
-DIGITS = 9  # of a place on a normal distribution: logarithms of libraries differ in the last bit
-DRAWS = 64  # the default number of draws if something is uncertain
-MOST_DRAWS = 2**16  # a power of two: only then are Sobol points even
-FRESH_DRAWS = 1024  # by which an optimum is judged again at least, none of them from the search
-FRESH_SEED = 2**32  # offset of the seed of the fresh draws: the seeds of searches are smaller
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,10 @@ RESULTS = ("objective", "E2max", "status", "worst_case")
 number of its worst case."""
 
 OF_DRAWS = ("nominal", "mean", "quantile")  # of the objective: the results of draws that follow
+# the CF flags of the dataset `stage`
+STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
+BAND = 5  # values of a parameter from which on they stand for a range rather than for themselves
+_FINER = 8  # intervals of a step of such a range, to judge an optimum between its values
 
 
 def at_rest(points: np.ndarray) -> np.ndarray:
@@ -183,12 +187,6 @@ def outcome_under(
     return Outcome(value, numbers["E2max"], numbers["status"], numbers["violations"], impacts)
 
 
-# ---- the log of a search -------------------------------------------------------------------------
-
-# the CF flags of the dataset `stage`
-STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
-
-
 class Log:
     """All evaluations of a tuning, in order; searches reach the objective only through it.
 
@@ -248,12 +246,6 @@ class Log:
         rows = np.flatnonzero(wanted)
         points = np.column_stack([columns[name][rows] for name in self.tuning.names])
         return points, columns["objective"][rows], rows
-
-
-# ---- perturbations of an optimum -----------------------------------------------------------------
-
-BAND = 5  # values of a parameter from which on they stand for a range rather than for themselves
-_FINER = 8  # intervals of a step of such a range, to judge an optimum between its values
 
 
 def is_band(axis: Axis) -> bool:

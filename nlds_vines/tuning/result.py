@@ -31,8 +31,6 @@ from nlds_vines.tuning.request import Tuning, load_tuning
 _ON_BOUND = 1e-6  # of the range: a search that stops so near to a bound has reached it
 _AT_BOUND = 1e-3  # of the range: an optimum so near to a bound is reported
 
-# ---- datasets ------------------------------------------------------------------------------------
-
 
 def scales(tuning: Tuning, evaluations: int, optima: int) -> list[Scale]:
     names = np.array([one.words for one in perturbations(tuning)], dtype=np.str_)
@@ -114,9 +112,6 @@ def contents(
             entry = Dataset.real(name, dimensions, unit, words, np.inf)
             datasets.append((entry, objectives[name]))
     return [(entry, values) for entry, values in datasets if values.size]
-
-
-# ---- the result ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, repr=False)

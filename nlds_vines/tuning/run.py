@@ -120,9 +120,6 @@ def distinct(
     return np.array(chosen, dtype=int)
 
 
-# ---- searches ------------------------------------------------------------------------------------
-
-
 def search_globally(
     evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None = None
 ) -> None:

@@ -170,8 +170,11 @@ def unit_in(name: str, value: Any, /) -> str:
     return unit
 
 
+TURN = 2.0 * np.pi
 TIME = Real(0.0, 1e9)
 LENGTH = Real(0.0, 1e9, inside=True)
+RATE = Real(1e-9, 1e9)
+LINEAR, LOGARITHMIC = "linear", "logarithmic"
 
 
 def nonzero(name: str, value: Any, /) -> float:
@@ -251,9 +254,6 @@ class Course(Load):
     def rows(self, begins: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         """Return Taylor coefficients (n, m), m <= TERMS, in its unit, over cells without a kink."""
         raise NotImplementedError
-
-
-# ---- pulses --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -393,14 +393,6 @@ class Friedlander(Pulse):
         rows = decay * (1.0 - x)[:, None]
         rows[:, 1:] += decay[:, :-1] * -dx[:, None]
         return rows
-
-
-# ---- waves ---------------------------------------------------------------------------------------
-
-
-TURN = 2.0 * np.pi
-RATE = Real(1e-9, 1e9)
-LINEAR, LOGARITHMIC = "linear", "logarithmic"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,11 +36,12 @@ from nlds_vines.model.setting import (
     settings_of,
 )
 
+LINEAR, CUBIC = "linear", "cubic"
+GAP = 1.5  # a step this many times the median one is a gap
 MOST_SAMPLES = 10**6  # samples of a record: hours of an accelerogram
 MOST_BYTES = 1 << 26  # bytes of a text
 HEADER = 40  # lines in which a format states what follows
 TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}  # units of time, in s
-
 _TIME_UNITS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("ms", "msec", "msecs", "millisecond", "milliseconds"), "ms"),
@@ -55,23 +56,19 @@ _NOTES = ("#", "%", "//", "!", "|")  # marks before comments
 _NOTE = re.compile(rf"\s*(?:{'|'.join(map(re.escape, _NOTES))})")
 _SIGNS = {0x2212: "-", 0xA0: " ", 0x2009: " ", 0x202F: " ", 0xFEFF: None, 0x1A: None}
 _HDF5 = (".h5", ".hdf5", ".nc")
+# a heading between blanks: a name, and its unit in brackets, which may stand apart from it
 _HEADING = re.compile(r"\"[^\"]*\"|[^\s\[(]+(?:\s*[\[(][^\[(\])]*[\])])?")
-"""A heading between blanks: a name, and its unit in brackets, which may stand apart from it."""
 
 
 class Column(NamedTuple):
-    """A column of a file: its name and unit, empty if it has none, and a reader of its numbers."""
-
-    name: str
+    name: str  # "" if it has none
     unit: str
     read: Callable[[], list[float]]
 
 
 class Content(NamedTuple):
-    """The columns of a file, the step [s] of its samples (0: a column has times), its format."""
-
     columns: list[Column]
-    dt: float = 0.0
+    dt: float = 0.0  # step of the samples [s]; 0: a column has times
     format: str = ""
     is_ordered: bool = True
 
@@ -106,10 +103,9 @@ class RecordFile:
         check_settings(self)
 
     def read(self, unit: str) -> dict[str, Any]:
-        """Return the settings of the record in the file: times [s], values, unit and reading.
+        """Return the settings of the record in the file; `unit` may override that of its values.
 
-        `unit` is that of the values, empty for the file's own.  A file that can be read in several
-        ways is refused; the message names the key that chooses one.
+        A file that can be read in several ways is refused; the message names the key that chooses.
         """
         content = self._content(Path(self.file))
         columns, notes = content.columns, [content.format] if content.format else []
@@ -192,10 +188,7 @@ class RecordFile:
 
 
 def _time_of(content: Content, also: str) -> Column:
-    """Return the column of the times: a named one, or the first if it ascends.
-
-    `also` ends the error if there is none: what else the file needs.
-    """
+    """Return the column of the times: a named one, or the first if it ascends."""
     columns = content.columns
     if len(columns) < 2:
         text = "needs two columns, time and force or acceleration; one column needs dt, its step"
@@ -320,11 +313,7 @@ BLANKS = Dialect(None, ".")
 def _row_by_row(
     lines: Lines, count: int = MOST_BYTES, width: int = 0, dialect: Dialect = BLANKS
 ) -> list[float]:
-    """Return the first `count` numbers of lines.
-
-    Arguments: the `width` of Fortran's fields, which need nothing between them, or 0; the `dialect`
-    of lines without such fields.
-    """
+    """Return the first `count` numbers of lines, in fields of a `width` if Fortran wrote them."""
     numbers: list[float] = []
     for place, text in lines:
         if len(numbers) >= count:
@@ -455,8 +444,7 @@ def _volume(lines: Lines) -> Content | None:
 def _smc(lines: Lines) -> Content | None:
     """USGS SMC: 11 lines of text, 48 integers, 50 reals, comments, then values [cm/s^2].
 
-    Integer 16 is the number of comments, 17 that of the values; real 2 the number of samples a
-    second.
+    Integer 16 counts the comments, 17 the values; real 2 is the number of samples a second.
     """
     if not _SMC.match(lines[0][1][:200]):
         return None
@@ -634,10 +622,6 @@ def _heading(word: str) -> tuple[str, str]:
 
 # ---- records as loads ----------------------------------------------------------------------------
 
-LINEAR, CUBIC = "linear", "cubic"
-
-GAP = 1.5  # a step this many times the median one is a gap
-
 
 def _samples(name: str, value: Any, /) -> tuple[float, ...]:
     if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_SAMPLES:
@@ -651,8 +635,7 @@ def _samples(name: str, value: Any, /) -> tuple[float, ...]:
 class Record(Outlined, Course):
     """Samples joined by straight lines or a natural cubic spline; 0 before and after.
 
-    A table with a `file` in place of times and values has also the keys of `RecordFile`.  The
-    samples become part of the request; `source` and `reading` say where they come from.
+    A table with a `file` in place of times and values has also the keys of `RecordFile`.
     """
 
     times: tuple[float, ...] = setting(MISSING, _samples, "", "of the samples [s], ascending")

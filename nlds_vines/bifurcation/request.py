@@ -25,11 +25,11 @@ from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import (
+    DESCRIBED,
     INITIAL,
     PARAMETERS,
     PHASE,
     component_of,
-    described,
     setting_in_words,
     symbol_of,
 )
@@ -396,7 +396,7 @@ class Scan(Request):
             *(
                 sample_scale(axis.values.size)
                 if axis.name == SAMPLE
-                else described(axis.name).scale(axis.values)
+                else DESCRIBED[axis.name].scale(axis.values)
                 for axis in self.axes
             ),
             Scale("start", np.array(self.start.names, np.str_), "1", "start of the orbit"),

@@ -45,7 +45,7 @@ from nlds_vines.errors import (
 )
 from nlds_vines.model.catalog import as_system, catalog, request_path
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.model.parameters import PARAMETERS, described, range_in_words, setting_in_words
+from nlds_vines.model.parameters import DESCRIBED, PARAMETERS, range_in_words, setting_in_words
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -566,7 +566,7 @@ class ResponseCurves(Drawable):
         yield self.request.title
         axis = self.request.cases[0].scan.axes[0]
         stated = axis.as_stated  # f [Hz] in place of omega, if the request has it
-        unit, factor = described(stated.name).unit, stated.values[-1] / axis.values[-1]
+        unit, factor = DESCRIBED[stated.name].unit, stated.values[-1] / axis.values[-1]
         for curve in self.curves:
             at = factor * curve.peak_at
             text = f"{curve.name}: peak {curve.peak:.5g} J at {stated.name} = {at:g}"

@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE
 from nlds_vines.explore.map_data import NUMBERS, TOUCHES, Stored
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
-from nlds_vines.model.parameters import described
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
@@ -68,7 +68,7 @@ class Places(NamedTuple):
 
     @property
     def label(self) -> str:
-        entry = described(self.axis.name)
+        entry = DESCRIBED[self.axis.name]
         return f"{entry.meaning.partition(';')[0]}, {in_brackets(entry.symbol, entry.unit)}"
 
 
@@ -353,7 +353,7 @@ def numbers_of(results: Stored) -> list[list[str]]:
 
 def values_in_words(axis: Axis) -> list[str]:
     """Return the values of an axis in words: `ω = 7.4 rad/s`."""
-    entry = described(axis.name)
+    entry = DESCRIBED[axis.name]
     return [f"{entry.symbol} = {with_unit(float(value), entry.unit, 6)}" for value in axis.values]
 
 

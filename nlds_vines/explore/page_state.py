@@ -21,7 +21,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import CONTACT, INITIAL, PHASE, Parameter, component_of, described
+from nlds_vines.model.parameters import CONTACT, DESCRIBED, INITIAL, PHASE, Parameter, component_of
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
 from nlds_vines.runs.progress import Clock
@@ -60,7 +60,7 @@ def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | No
     for axis, (low, high) in zip(scan.axes, ranges, strict=True):
         if not (isfinite(low) and isfinite(high) and low < high):
             raise RequestError(f"{axis.name} from {low!r} to {high!r} is no range of cells")
-        entry = described(axis.name)
+        entry = DESCRIBED[axis.name]
         first, last = max(low, entry.low), min(high, entry.high)
         if entry.above and first <= entry.low:
             first = min(entry.low + 1e-3 * (high - entry.low), high)
@@ -189,7 +189,7 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
     specs = []
     for name, value in values.items():
         is_axis, logarithmic, (shown, one) = name in varied, False, results.shown(name)
-        entry, value = described(shown), value / one
+        entry, value = DESCRIBED[shown], value / one
         size = abs(value) or 1.0
         if is_axis and varied[name].size > 1:
             low, high = float(varied[name][0]) / one, float(varied[name][-1]) / one

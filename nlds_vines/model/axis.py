@@ -26,7 +26,7 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.parameters import PARAMETERS, RATIOS, described, ends_in_words
+from nlds_vines.model.parameters import DESCRIBED, PARAMETERS, RATIOS, ends_in_words
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
 MOST_VALUES = 10**7  # more than can be computed, fewer than fill the memory
@@ -160,7 +160,7 @@ class Interval:
         choice("parameter", self.name, (*PARAMETERS, *RATIOS))
         for end in ("low", "high"):
             value = number(f"{end} of {self.name}", getattr(self, end))
-            described(self.name).check(np.asarray(value))
+            DESCRIBED[self.name].check(np.asarray(value))
             object.__setattr__(self, end, value)
         if not self.low < self.high:
             raise RequestError(
@@ -210,7 +210,7 @@ class Samples:
 
     def contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
         for name, values in self.columns.items():
-            yield described(name).dataset((SAMPLE,)), values
+            yield DESCRIBED[name].dataset((SAMPLE,)), values
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Samples) and list(self.document().items()) == list(

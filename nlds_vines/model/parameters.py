@@ -258,10 +258,6 @@ RATIOS: Mapping[str, Parameter] = {
 DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}  # all that may vary
 
 
-def described(name: str) -> Parameter:
-    return DESCRIBED[name]
-
-
 def component_of(name: str) -> str:
     """Return the component of the state that an initial condition sets, x2 of x2_0, or `PHASE`."""
     return name.removesuffix("_0")

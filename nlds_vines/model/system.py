@@ -21,6 +21,7 @@ from nlds_vines.model.parameters import (
     CONSTANTS,
     CONTACT,
     DAMPING,
+    DESCRIBED,
     HERTZ,
     LAWS,
     OSCILLATOR,
@@ -28,7 +29,6 @@ from nlds_vines.model.parameters import (
     SECOND,
     STRUCTURE,
     Law,
-    described,
 )
 from nlds_vines.model.ratios import (
     following,
@@ -401,7 +401,7 @@ class System(Outlined):
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
         values = _merge(self.scene, self.parameters, varied, self.fixed_ratios)
         for name, value in varied.items():  # the others were checked when the system was made
-            described(name).check(value)
+            DESCRIBED[name].check(value)
         shape = np.broadcast_shapes(*(array.shape for array in varied.values()))
         return _records(self.scene, values, shape)
 

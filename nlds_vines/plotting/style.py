@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.model.parameters import DESCRIBED, PHASE, described
+from nlds_vines.model.parameters import DESCRIBED, PHASE
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
 from nlds_vines.model.scenes import FOOT, SCENES
 
@@ -81,7 +81,7 @@ The first and the last are too dark for a dark page.
 
 
 def axis_label(parameter: str) -> str:
-    entry = described(parameter)
+    entry = DESCRIBED[parameter]
     return labeled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
@@ -125,7 +125,7 @@ _PLAIN = (1e-3, 1e4)  # bounds of numbers without a power of ten
 
 
 def latex_symbol(parameter: str) -> str:
-    return in_latex(described(parameter).symbol)
+    return in_latex(DESCRIBED[parameter].symbol)
 
 
 def in_latex(symbol: str) -> str:
@@ -157,7 +157,7 @@ def raised(unit: str) -> str:
 
 
 def setting_label(parameter: str, value: float) -> str:
-    unit = described(parameter).unit
+    unit = DESCRIBED[parameter].unit
     text = f"${latex_symbol(parameter)}={number_text(value)}$"
     return text + (f" {raised(unit)}" if unit != "1" else "")
 

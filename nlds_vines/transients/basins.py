@@ -16,7 +16,7 @@ from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.request import begins_at_sections
 from nlds_vines.bifurcation.result import nearest_place, scan_of
 from nlds_vines.errors import RequestError, number, whole
-from nlds_vines.model.parameters import INITIAL, component_of, described
+from nlds_vines.model.parameters import DESCRIBED, INITIAL, component_of
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.ensemble import LEVEL, share_interval
 
@@ -212,7 +212,7 @@ class Basins(Outlined):
             if np.isfinite(basin.low):
                 text += f", {LEVEL:.0%} interval {basin.low:.4f} to {basin.high:.4f}"
             steps = [
-                f"{component_of(axis)} {step:+.3g} {described(axis).unit}"
+                f"{component_of(axis)} {step:+.3g} {DESCRIBED[axis].unit}"
                 for axis, step in zip(self.axes, basin.nearest, strict=False)
             ]
             if steps:

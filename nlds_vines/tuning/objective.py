@@ -16,7 +16,7 @@ from nlds_vines.loads.request import is_of_load
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states
 from nlds_vines.runs.interrupts import check
@@ -299,5 +299,5 @@ def perturbed(tuning: Tuning, point: np.ndarray) -> np.ndarray:
         trial[place] = one.value if one.column == "random_start" else trial[place] * one.value
     for i, name in enumerate(tuning.names):
         # within the range of the parameter, as Poisson's ratio up to 0.5
-        trials[:, i] = np.clip(trials[:, i], described(name).low, described(name).high)
+        trials[:, i] = np.clip(trials[:, i], DESCRIBED[name].low, DESCRIBED[name].high)
     return trials

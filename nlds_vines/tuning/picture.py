@@ -13,7 +13,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
-from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
@@ -56,7 +56,7 @@ def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     figure, grid = new_figure(page, [page.map_height])
     _fill(figure.add_subplot(grid[0]), view)
     constant = ", ".join(
-        f"${latex_symbol(n)}$ = {_with_unit(view[_OPTIMUM + n][0], described(n).unit)}"
+        f"${latex_symbol(n)}$ = {_with_unit(view[_OPTIMUM + n][0], DESCRIBED[n].unit)}"
         for n in _free(view)
         if "surface" in view and f"surface_{n}" not in view.dims("surface")
     )

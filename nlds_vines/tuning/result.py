@@ -14,7 +14,7 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
-from nlds_vines.model.parameters import DESCRIBED, described
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.records import OK, STATUS_FLAGS
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.design_space import Free
@@ -42,7 +42,7 @@ def scales(tuning: Tuning, evaluations: int, optima: int) -> list[Scale]:
         Scale("search", seeds, "1", "seed of a search"),
         Scale.counted("optimum", optima, "near-equal optimum, the best first"),
         Scale("perturbation", names, "1", "perturbation of an optimum"),
-        *(described(name).scale(values, "surface_") for name, values in grid.items()),
+        *(DESCRIBED[name].scale(values, "surface_") for name, values in grid.items()),
     ]
 
 
@@ -60,7 +60,7 @@ def contents(
     judged_in_words = f"{tuning.judged}: {tuning.objective_in_words}"
     off = "factor on the structure's natural frequency, by its stiffness"
     stretch = "factor on all numbers of periods" if is_steady else "factor on the load"
-    table = [described(name).dataset(dims) for name in tuning.names]
+    table = [DESCRIBED[name].dataset(dims) for name in tuning.names]
     table += [Dataset.real("detuning", dims, "1", "factor on every omega" if is_steady else off)]
     table += [Dataset.whole("random_start", dims, "random start; 0: from rest")] * is_steady
     table += [Dataset.real("stretch", dims, "1", stretch)]
@@ -86,7 +86,7 @@ def contents(
     datasets = [(entry, columns[entry.name]) for entry in table]
     for name, values in tuning.cases().items():
         if name in DESCRIBED:
-            entry = described(name).dataset(("case",), "case_")
+            entry = DESCRIBED[name].dataset(("case",), "case_")
         else:
             assert tuning.history is not None
             of_load = tuning.history.load.words_of_number(name)
@@ -94,7 +94,7 @@ def contents(
         datasets.append((entry, np.ascontiguousarray(values)))
     dims, grid = ("optimum",), () if tuning.surface is None else tuning.surface.parameters
     for name in tuning.names:
-        datasets.append((described(name).dataset(dims, "optimum_"), columns[name][optima]))
+        datasets.append((DESCRIBED[name].dataset(dims, "optimum_"), columns[name][optima]))
     place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
     datasets.append((place, optima))
     again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"

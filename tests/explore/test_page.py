@@ -31,7 +31,7 @@ from nlds_vines.explore.page_state import (  # noqa: E402
 )
 from nlds_vines.explore.report_page import report_page  # noqa: E402
 from nlds_vines.model.catalog import load_system  # noqa: E402
-from nlds_vines.model.parameters import described  # noqa: E402
+from nlds_vines.model.parameters import DESCRIBED  # noqa: E402
 from nlds_vines.plotting.palette import DAMPERS, short  # noqa: E402
 from nlds_vines.portrait.request import load_portrait  # noqa: E402
 
@@ -325,7 +325,7 @@ def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_pat
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     archive = stored(made_up(document, tmp_path / "a.h5"), unit)
     seen = Seen(Opened(archive))
-    page, entry, omega = seen.page, described(name), archive.scan.axes[0].values
+    page, entry, omega = seen.page, DESCRIBED[name], archive.scan.axes[0].values
     unit_words = "" if entry.unit == "1" else f" {entry.unit}"
     assert page.map.main.xaxis.axis_label.endswith(
         f"{entry.symbol} [{entry.unit}]" if unit_words else entry.symbol

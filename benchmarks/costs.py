@@ -160,7 +160,8 @@ def _carry_out(options: argparse.Namespace) -> int:
     """Print a Markdown table: CPU time per forcing period, and its ratio to the bare orbit's."""
     system = system_of(options)
     say(f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other")
-    say(f"scenes: CPU time of one thread per forcing period, least of {REPEATS} runs.\n")
+    say(f"scenes: CPU time of one thread per forcing period, least of {REPEATS} runs.")
+    say("")
     head = ("orbit", "impacts per period", "CPU per period", "ratio")
     for line in table(head, _rows(system), right=(1, 2, 3)):
         say(line)

@@ -16,13 +16,12 @@ from browsers import (
     wait_for_text,
     watched_page,
 )
-from conftest import MAP, filled, made_up
+from conftest import DIAGRAM, MAP, filled, made_up
 from PIL import Image
 
 from benchmarks.explore import KNOWN, Served, frame_of, opened_page
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.explore.live_orbit import HISTORIES
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.catalog import load_system
@@ -72,33 +71,32 @@ def label(page):
     return page.locator(".verdict .label").text_content()
 
 
-def test_three_cells_are_clicked(page, click, small_map):
-    labels = stored(small_map).arrays["label"]
+def test_clicks_keys_and_the_menu_of_starts_choose_an_orbit(page, click, small_map):
+    archive = stored(small_map)
+    labels, omega = archive.arrays["label"], archive.scan.axes[0].values
     for cell in ((0, 0), (4, 2), (2, 3)):
         click(*cell)
         assert label(page) == labels[(*cell, 0)]
         assert text_of(page, "trouble") == ""
     assert value_of(page, "m('history data').data.t.length") > 100
     assert "P = " in text_of(page, "readout")
-
-
-def test_the_second_of_two_quick_clicks_counts(page, small_map):
-    archive = stored(small_map)
-    at = [place_of(page, archive.scan.axes[0].values[i], 800.0) for i in (1, 2)]
-    page.mouse.click(*at[0])
-    page.mouse.click(*at[1])
-    wait_for_text(page, "readout", f"ω = {archive.scan.axes[0].values[2]:.6g}")
-
-
-def test_the_arrow_keys_choose_a_cell(page, click, small_map):
+    # the second of two quick clicks counts
+    for x, y in [place_of(page, omega[i], 800.0) for i in (1, 2)]:
+        page.mouse.click(x, y)
+    wait_for_text(page, "readout", f"ω = {omega[2]:.6g}")
+    # arrow keys
     click(1, 1)
     acted(page, lambda: page.keyboard.press("ArrowRight"))
     acted(page, lambda: page.keyboard.press("ArrowUp"))
-    values = stored(small_map).values_of((2, 2))
-    assert text_of(page, "readout").startswith(f"ω = {values['omega']:.6g} rad/s, P = ")
-    assert label(page) == stored(small_map).arrays["label"][2, 2, 0]
+    assert text_of(page, "readout").startswith(f"ω = {omega[2]:.6g} rad/s, P = ")
+    assert label(page) == labels[2, 2, 0]
     acted(page, lambda: page.keyboard.press("Shift+ArrowLeft"))
     assert text_of(page, "readout").startswith("ω = 7.3 rad/s")
+    # another start
+    click(4, 3)
+    for name in ("random 1", "random 0"):
+        acted(page, lambda name=name: page.locator("#map select").nth(1).select_option(label=name))
+        assert label(page) == labels[4, 3, int(name[-1])]
 
 
 def test_hovering_shows_label_and_evidence(page, small_map):
@@ -154,17 +152,6 @@ def test_a_slider_moves_the_orbit(page, click, small_map):
     acted(page, lambda: page.locator("button", has_text="as in the map").click())
     assert value_of(page, state) == before
     page.keyboard.press("Escape")
-
-
-def test_the_history_begins_at_the_start_if_that_is_chosen(page, click):
-    click(1, 2)
-    history, seen = page.locator("#orbit select"), "m('displacement').x_range"
-    assert value_of(page, "m('history data').data.t[0]") > 60
-    acted(page, lambda: history.select_option(label=HISTORIES["whole"]))
-    assert value_of(page, f"{seen}.start") == 0
-    assert value_of(page, f"{seen}.end") > 70
-    acted(page, lambda: history.select_option(label=HISTORIES["settled"]))
-    assert value_of(page, f"{seen}.start") == 60
 
 
 def test_a_click_in_a_phase_plane_begins_there(page):
@@ -344,120 +331,39 @@ def test_a_dark_report_is_printed_light(opened, small_map, folder):
     assert color_in(page, "plane x1") == ["rgb(18, 21, 26)", [26, 30, 37]]
 
 
-@pytest.fixture(scope="module")
-def basin(browser, small_basin):
-    with Served(str(small_basin)) as served:
-        basin = watched_page(browser, accept_downloads=True)
-        yield opened_page(basin, served.address)
-        assert served.end() == (130, "")
-        assert basin.faults == []
-        basin.context.close()
-
-
-def clicked(basin, archive, cell):
-    values = archive.values_of(cell)
-    acted(basin, lambda: basin.mouse.click(*place_of(basin, values["x_0"], values["v_0"])))
-    return values
-
-
-@pytest.mark.parametrize("cell", [(0, 0), (7, 6), (3, 11), (12, 4), (13, 3), (13, 11)])
-def test_a_click_begins_where_the_axes_say(basin, small_basin, cell):
-    archive = stored(small_basin)
-    values = clicked(basin, archive, cell)
-    words = text_of(basin, "verdict")
-    assert f"from x_0 = {values['x_0']:g}, v_0 = {values['v_0']:g}" in words
-    assert words.startswith(archive.arrays["label"][(*cell, 0)] + " ")
-    assert text_of(basin, "trouble") == ""
-
-
-def test_a_slider_moves_the_start_alone(basin, small_basin):
-    archive = stored(small_basin)
-    clicked(basin, archive, (7, 6))
-    acted(basin, lambda: basin.locator("#orbit select").select_option(label="the first 12 periods"))
-    exact = basin.locator("#parameters input").first
-    acted(basin, lambda: (exact.fill("0.925"), exact.press("Enter")))
-    assert "from the start of the sliders" in text_of(basin, "verdict")
-    assert value_of(basin, "m('history data').data.x1[0]") == pytest.approx(0.925, abs=0.01)
-    basin.locator(".files code", has_text="--start=0.925").wait_for()
-    command = basin.locator(".files code").text_content()
-    assert "--start=0.925,0.0 " in command
-    assert "--set P=0.6" in command
-    acted(basin, lambda: basin.locator("button", has_text="as in the map").click())
-    middle = archive.values_of((7, 6))["x_0"]
-    assert value_of(basin, "m('history data').data.x1[0]") == pytest.approx(middle, abs=0.01)
-
-
-def test_a_rectangle_of_starts_is_computed_finer_and_saved(basin, small_basin, tmp_path):
-    rectangle_computed(basin, (-1.5, -2.0), (-0.5, 0.5))
-    ends = value_of(basin, "[m('cells').x_range, m('cells').y_range].map((r) => [r.start, r.end])")
-    assert ends == [pytest.approx([-1.5, -0.5], abs=0.06), pytest.approx([-2, 0.5], abs=0.2)]
-    acted(basin, lambda: basin.mouse.click(*place_of(basin, -1.0, -1.0)))
-    assert text_of(basin, "verdict")[:4] in ("T,0 ", "T,1 ")
-    path = tmp_path / "saved.toml"
-    for what in ("scan", "portrait"):
-        with basin.expect_download() as download:
-            basin.locator(".files a", has_text=what).click()
-        download.value.save_as(path)
-        if what == "scan":
-            assert [axis.name for axis in load_scan(path).axes] == ["x_0", "v_0"]
-            assert load_scan(path).shape == (14, 13)
-        else:
-            x, v = load_portrait(path).start
-            assert -1.5 < x < -0.5
-            assert -2 < v < 0.5
-    basin.locator("button", has_text="back").click()
-    basin.wait_for_function("Bokeh.documents[0].get_model_by_name('cells').x_range.start < -2")
-
-
 OMEGA = {"omega": {"values": [7.11, 7.22, 7.33, 7.44, 7.55]}}
 AXES = {"diagram": OMEGA, "map": OMEGA | {"P": {"values": [701.0, 802.0, 903.0]}}}
 
-BEYOND_CENTER = np.s_[0.05:0.7, 0.6:0.95]
-"""Height and width of a figure that hold data alone: no axis, no label, not the chosen cell."""
-
-
-def made_up_records(shape, want, system="ssul-set6"):
-    """Return a scan with made-up numbers for all that `want` records."""
-    start = {"policy": "rest"} if shape == "diagram" else {"policy": "random", "count": 2}
-    return filled(
-        {
-            "title": "a report", "system": system, "vary": AXES[shape], "start": start,
-            "sampling": {"transient": 3, "periods": 20}, "record": {"want": want},
-        }
-    )  # fmt: skip
-
-
-def largest_figure(page):
-    """Return the box of the largest canvas that is seen: the map or diagram."""
-    boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]
-    return max(filter(None, boxes), key=lambda box: box["width"] * box["height"])
-
 
 def share_of_colors(page, box):
-    """Return the share of a figure's `BEYOND_CENTER` that is neither light nor gray."""
-    picture = Image.open(io.BytesIO(page.screenshot(clip=box))).convert("RGB")
+    """Return the share of pixels neither light nor gray, where a figure holds data alone."""
+    clip = {"x": box["x"] + 0.6 * box["width"], "y": box["y"] + 0.05 * box["height"]}
+    clip |= {"width": 0.35 * box["width"], "height": 0.65 * box["height"]}
+    picture = Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB")
     pixels = np.asarray(picture).astype(int)
-    rows, columns = (
-        slice(*(int(end * size) for end in (part.start, part.stop)))
-        for part, size in zip(BEYOND_CENTER, pixels.shape[:2], strict=True)
-    )
-    part = pixels[rows, columns]
-    return np.mean(part.max(-1) - part.min(-1) > 40)
+    return np.mean(pixels.max(-1) - pixels.min(-1) > 40)
 
 
-def check_report(browser, folder, results):
-    """Open the report of results, choose cells, and check what is seen."""
+def check_report(browser, folder, shape, want, system="ssul-set6"):
+    """Open a report with made-up numbers for all that `want` records, and choose cells."""
     from nlds_vines.explore.report_page import report_page  # which needs Bokeh
 
     path = folder / "page.html"
+    results = filled(
+        {
+            **(MAP if shape == "map" else DIAGRAM), "system": system, "vary": AXES[shape],
+            "sampling": {"transient": 3, "periods": 20}, "record": {"want": want},
+        }
+    )  # fmt: skip
     path.write_text(report_page(results).html, encoding="utf-8")
     page = watched_page(browser)
     page.goto(path.as_uri())
     page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
     assert "7.33" in text_of(page, "verdict")  # the middle one is chosen
-    assert "a report" in seen_text(page)
-    box = largest_figure(page)
-    assert share_of_colors(page, box) > (0.15 if len(results.scan.axes) == 2 else 1e-4)
+    assert results.scan.title in seen_text(page)
+    boxes = filter(None, [canvas.bounding_box() for canvas in page.locator("canvas").all()])
+    box = max(boxes, key=lambda box: box["width"] * box["height"])  # the map or diagram
+    assert share_of_colors(page, box) > (0.15 if shape == "map" else 1e-4)
     page.mouse.click(box["x"] + 0.51 * box["width"], box["y"] + 0.45 * box["height"])
     page.keyboard.press("ArrowRight")
     page.locator(".verdict .bk-clearfix", has_text="7.44").wait_for()
@@ -470,10 +376,10 @@ def check_report(browser, folder, results):
 @pytest.mark.parametrize("shape", AXES)
 @pytest.mark.parametrize("want", [[word] for word in WANTS] + [[*USUAL], [*WANTS]], ids="-".join)
 def test_a_report_shows_every_set_of_records(browser, tmp_path, want, shape):
-    check_report(browser, tmp_path, made_up_records(shape, want))
+    check_report(browser, tmp_path, shape, want)
 
 
 @pytest.mark.parametrize("system", ["impact-oscillator", "none", "tmd"])
 def test_a_report_shows_every_scene(browser, tmp_path, system):
     want = [*possible_want(WANTS, load_system(system).scene)]
-    check_report(browser, tmp_path, made_up_records("map", want, system))
+    check_report(browser, tmp_path, "map", want, system)

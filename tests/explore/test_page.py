@@ -10,30 +10,24 @@ from collections import deque
 import numpy as np
 import pytest
 
-bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
+pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from bokeh.document import Document  # noqa: E402
-from bokeh.events import DoubleTap, MouseMove, RangesUpdate, SelectionGeometry, Tap  # noqa: E402
-from conftest import DIAGRAM, MAP, made_up  # noqa: E402
+from bokeh.document import Document
+from bokeh.events import DoubleTap, MouseMove, RangesUpdate, SelectionGeometry, Tap
+from conftest import DIAGRAM, MAP, made_up
 
-from nlds_vines.bifurcation.request import load_scan  # noqa: E402
-from nlds_vines.errors import RequestError  # noqa: E402
-from nlds_vines.explore import live_page as page_module  # noqa: E402
-from nlds_vines.explore.figures import BODY, OrbitFigures  # noqa: E402
-from nlds_vines.explore.live_page import Page  # noqa: E402
-from nlds_vines.explore.map_data import stored  # noqa: E402
-from nlds_vines.explore.page_state import (  # noqa: E402
-    COMPILING,
-    LOADING,
-    READY,
-    Opened,
-    compiling,
-)
-from nlds_vines.explore.report_page import report_page  # noqa: E402
-from nlds_vines.model.catalog import load_system  # noqa: E402
-from nlds_vines.model.parameters import DESCRIBED  # noqa: E402
-from nlds_vines.plotting.palette import DAMPERS, short  # noqa: E402
-from nlds_vines.portrait.request import load_portrait  # noqa: E402
+from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.explore import live_page as page_module
+from nlds_vines.explore.figures import BODY, OrbitFigures
+from nlds_vines.explore.live_page import Page
+from nlds_vines.explore.map_data import stored
+from nlds_vines.explore.page_state import COMPILING, LOADING, READY, Opened, compiling
+from nlds_vines.explore.report_page import report_page
+from nlds_vines.model.catalog import load_system
+from nlds_vines.model.parameters import DESCRIBED
+from nlds_vines.plotting.palette import DAMPERS, short
+from nlds_vines.portrait.request import load_portrait
 
 
 class Seen:
@@ -171,6 +165,48 @@ def test_a_rectangle_is_computed_and_one_can_go_back(seen):
     assert (page.back.disabled, page.forward.disabled) == (True, False)
     page.step(1)
     assert page.chosen.scan.axes[0].values[0] == 7.4
+
+
+@pytest.mark.kernels
+def test_a_map_of_starts_is_clicked_slid_along_computed_finer_and_saved(small_basin, tmp_path):
+    archive, path = stored(small_basin), tmp_path / "saved.toml"
+    seen = Seen(Opened(archive))
+    page = seen.page
+    for cell in ((0, 0), (3, 11), (12, 4), (13, 3), (13, 11), (7, 6)):
+        x, v = archive.values_of(cell).values()
+        seen.event(page.map.main, Tap, x=x, y=v)
+        seen.settle()
+        assert f"from x_0 = {x:g}, v_0 = {v:g}" in page.verdict.text
+        assert seen.label == archive.arrays["label"][(*cell, 0)]
+        assert page.trouble.text == ""
+    # a slider moves the start alone
+    page.history.value = "short"
+    page.sliders["x_0"][2].value = 0.925
+    seen.settle()
+    assert "from the start of the sliders" in page.verdict.text
+    first = lambda: page.panels.sources["history"].data["x1"][0]  # noqa: E731
+    assert first() == pytest.approx(0.925, abs=0.01)
+    assert "--start=0.925,0.0 " in page.files.text
+    assert "--set P=0.6" in page.files.text
+    seen.do(page.take_original)
+    assert first() == pytest.approx(archive.values_of((7, 6))["x_0"], abs=0.01)
+    # a rectangle is computed finer and saved
+    box = {"type": "rect", "x0": -1.5, "x1": -0.5, "y0": -2.0, "y1": 0.5}
+    seen.event(page.map.main, SelectionGeometry, geometry=box, final=True)
+    seen.settle(lambda page: page.job.share == 1.0 and not page.cancel.visible)
+    ends = [axis.values[[0, -1]].tolist() for axis in page.chosen.scan.axes]
+    assert ends == [[-1.5, -0.5], [-2.0, 0.5]]
+    seen.event(page.map.main, Tap, x=-1.0, y=-1.0)
+    seen.settle()
+    assert seen.label in ("T,0", "T,1")
+    path.write_bytes(seen.file("part.toml"))
+    assert [axis.name for axis in load_scan(path).axes] == ["x_0", "v_0"]
+    assert load_scan(path).shape == (14, 13)
+    path.write_bytes(seen.file("portrait.toml"))
+    assert load_portrait(path).start == pytest.approx((-1.0, -1.0), abs=0.1)
+    page.step(-1)
+    assert page.chosen.scan.axes[0].values[0] == -2.0
+    page.close()
 
 
 @pytest.mark.kernels

@@ -75,12 +75,6 @@ def test_the_section_at_impact_is_that_of_simulate(name, omega):
 
 
 @pytest.mark.kernels
-def test_without_walls_there_is_no_section_at_impact():
-    panel = live_orbit(nv.load_system("tmd"), None, SAMPLING).panels["touches"]
-    assert {name: len(values) for name, values in panel.items()} == {"phase": 0}
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize(("name", "periods"), [("short", SHOW), ("long", LONG), ("whole", 72)])
 def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, periods):
     system, start = nv.load_system("ssul-set6", omega=7.1), (0.01, -0.2, 0.3, -0.4)
@@ -115,12 +109,15 @@ def test_words_count_the_impacts_of_all_periods():
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("name", ["none", "impact-oscillator"])
-def test_a_system_without_damper_has_the_panels_it_can(name):
-    orbit = live_orbit(nv.load_system(name), None, SAMPLING)
-    assert "x2" not in orbit.panels["history"]
-    assert orbit.panels["phase2"]["x"].size == 0
-    assert orbit.panels["phase1"]["x"].size > 100
+@pytest.mark.parametrize("name", ["none", "impact-oscillator", "tmd"])
+def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
+    system = nv.load_system(name)
+    panels = live_orbit(system, None, SAMPLING).panels
+    assert ("x2" in panels["history"]) == system.scene.damper
+    assert (panels["phase2"]["x"].size > 100) == system.scene.damper
+    assert panels["phase1"]["x"].size > 100
+    assert (panels["touches"]["phase"].size > 0) == bool(system.scene.walls)
+    assert list(panels["touches"]) == ["phase", *system.scene.walls]
 
 
 def test_a_start_inside_a_rigid_wall_is_refused():
@@ -187,23 +184,13 @@ def test_a_part_of_a_map_has_as_many_cells_as_the_map_and_stays_small():
     assert min(part.shape) > FEWEST
     assert part.lanes <= 1.01 * MOST_ORBITS
 
-
-@pytest.mark.parametrize("low_high", [(7.2, 7.1), (float("nan"), 7.0), (-3.0, -2.0)])
-def test_an_empty_part_is_refused(low_high):
-    with pytest.raises(RequestError, match="omega"):
-        finer(SCAN, (low_high, (700.0, 800.0)))
-
-
-def test_a_job_computes_what_the_scan_means():
-    messages = []
-    job = Job(SCAN, lambda: messages.append(job.share))
-    job.start()
-    job.join()
-    assert (job.done, messages[-1], job.error) == (55, 1.0, "")
-    assert (job.results.arrays["label"] != "").all()
+    # an empty one is refused
+    for low_high in ((7.2, 7.1), (float("nan"), 7.0), (-3.0, -2.0)):
+        with pytest.raises(RequestError, match="omega"):
+            finer(SCAN, (low_high, (700.0, 800.0)))
 
 
-def test_a_job_says_that_kernels_are_compiled(monkeypatch):
+def test_a_job_computes_what_the_scan_means_and_says_that_kernels_are_compiled(monkeypatch):
     class Compiling(Computer):
         def __init__(self, scan, tell, helped):
             tell("compiling the kernels of ssul", 0.0)
@@ -211,20 +198,20 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
 
     monkeypatch.setattr("nlds_vines.bifurcation.run.Computer", Compiling)
     messages = []
-    job = Job(SCAN, lambda: messages.append(job.note))
+    job = Job(SCAN, lambda: messages.append((job.note, job.share)))
     job.start()
     job.join()
-    assert messages[0] == "compiling the kernels of ssul"
-    assert messages[-1] == ""
-
-
-def test_a_cancelled_job_ends_with_its_block(monkeypatch):
+    assert messages[0][0] == "compiling the kernels of ssul"
+    assert messages[-1] == ("", 1.0)
+    assert (job.done, job.error) == (55, "")
+    assert (job.results.arrays["label"] != "").all()
+    # one that is cancelled ends with its block
+    monkeypatch.undo()
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
     job = Job(SCAN, lambda: setattr(job, "cancelled", True))
     job.start()
     job.join()
     assert 0 < job.done < 55
-    assert not job.is_alive()
 
 
 def test_there_is_a_slider_for_every_parameter():

@@ -429,7 +429,6 @@ ODD = {
     "a cell before the first": ("choose", (-1, 0)),
     "no number for a start": ("choose_start", "x"),
     "an empty part": ("refine", (7.4, 7.4), (800.0, 850.0)),
-    "no number in a part": ("refine", (float("nan"), 7.4), (800.0, 850.0)),
     "a picture of no orbit": ("draw",),
 }
 

@@ -1,27 +1,21 @@
 """Invented results that agree with the paper, others that contradict it, and their archives."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
-from typing import Any
 from unittest import mock
 
 import numpy as np
 
 from nlds_vines.bifurcation import run as running
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves import CurveRequest
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import load_portrait
 from paper.claims import Data
 from paper.claims.measured import Breadth, Motion, scan_of
-from paper.request import FigureRequest, packaged_figures
+from paper.request import packaged_figures
 from scans import archived, unfilled
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
@@ -32,7 +26,7 @@ TUNED = np.array([6.28])  # rad/s, frequency of the tuning
 
 
 @cache
-def requests() -> dict[str, FigureRequest]:
+def requests():
     return packaged_figures()
 
 
@@ -40,7 +34,7 @@ def bell(omega, height, center, width=0.25):
     return height * np.exp(-(((omega - center) / width) ** 2))
 
 
-def published(system: System, omega: np.ndarray) -> np.ndarray:
+def published(system, omega):
     """Return E1max as the paper has it: linear systems exactly, the others as sums of bells."""
     p = system.parameters
     if not system.scene.walls:
@@ -59,7 +53,7 @@ def published(system: System, omega: np.ndarray) -> np.ndarray:
     return force * (bell(omega, low, 5.69) + bell(omega, 239, 6.98)) * (omega <= 7.45) + tail
 
 
-def motion(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def motion(system, omega):
     """Return period, impacts and label as the paper has them."""
     index = np.arange(omega.size)
     n, k = np.array([PATTERN[i % 6] for i in index]).T
@@ -71,60 +65,52 @@ def motion(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
         [f"{a}T,{b}" if a else "undetermined" for a, b in zip(n, k, strict=True)], object
     )
     for place, (a, b) in SPECIAL.items():
-        here = np.abs(omega - place) < 1e-9
+        here = is_at(omega, place)
         n, k = np.where(here, a, n), np.where(here, b, k)
         label[here] = WORDS.get(place, "3T,3")
     return n, k, label
 
 
-def restless(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return motion that any change of c1 or P turns into chaos, of P from lower frequencies on."""
-    n, k, label = motion(system, omega)
+def where(place, n=None, k=None, label=None):
+    """Return a function for motion as published, but where `place(system, omega, labels)` holds.
+
+    There period, impacts and label are those given.
+    """
+
+    def changed(system, omega):
+        before = motion(system, omega)
+        there = place(system, omega, before[2])
+        pairs = zip((n, k, label), before, strict=True)
+        return tuple(old if new is None else np.where(there, new, old) for new, old in pairs)
+
+    return changed
+
+
+def is_at(omega, place):
+    return np.abs(omega - place) < 1e-9
+
+
+def is_restless(system, omega, label):
+    """Any change of c1 or P turns motion into chaos, of P from lower frequencies on."""
     p = system.parameters
-    end = 5.5 if p["P"] != 800 else (5.6 if p["c1"] != 452 else 9.0)
-    return np.where(omega > end, 0, n), k, np.where(omega > end, "chaos", label)
+    return omega > (5.5 if p["P"] != 800 else (5.6 if p["c1"] != 452 else 9.0))
 
 
-def in_turns(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return motion as published, with 3T,3 at a second frequency."""
-    n, k, label = motion(system, omega)
-    here = np.abs(omega - 7.8) < 1e-9
-    return np.where(here, 3, n), np.where(here, 3, k), np.where(here, "3T,3", label)
+restless = where(is_restless, n=0, label="chaos")
 
 
-def softer_alone(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return motion as published up to 2.8e7 N/m^1.5, T,1 everywhere with a harder contact."""
-    hard = bool(system.scene.walls) and system.K > 2.8e7
-    return (simple if hard else motion)(system, omega)
+def everywhere(n, k, label):
+    return where(lambda *_: True, n, k, label)
 
 
-def everywhere(n: int, k: int, label: str) -> Callable[..., tuple[np.ndarray, ...]]:
-    """Return a function whose period, impacts and label are the same at all frequencies."""
-
-    def alike(system: System, omega: np.ndarray) -> tuple[np.ndarray, ...]:
-        return np.full(omega.size, n), np.full(omega.size, k), np.full(omega.size, label, object)
-
-    return alike
-
-
-simple = everywhere(1, 1, "T,1")
-
-
-def chaos_around(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return chaos at high frequencies, but for 3T,3 at one of them."""
-    n, k, label = motion(system, omega)
-    chaos = (omega > 7.36) & (label != "3T,3")
-    return np.where(chaos, 0, n), k, np.where(chaos, "chaos", label)
-
-
-def flat(system: System) -> float:
+def flat(system):
     """Return E1max where tuned of a design on a map [J]: no better than what is printed."""
     if system.kind == "ssvi-b":
         return 1500.0
     return float(published(system.with_(k2=700.0) if system.kind == "ssul" else system, TUNED)[0])
 
 
-def better_design(system: System) -> float:
+def better_design(system):
     """Return a much lower energy, the lower the less damping."""
     return (0.005 if system.kind == "ssvi-b" else 0.1) * flat(system) * system.parameters["c2"] / 50
 
@@ -136,20 +122,20 @@ class MadeUp:
     Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
     frequency; `design`, E1max of a system on a map where tuned [J]; `damper`, the damper's energy
     over the structure's; `walls`, the share of impacts on the far one of two; `reduction`, that by
-    the damper; `orbits`, the motions in a portrait by the short name of its request; parameters
-    with other values.
+    the damper; `orbits`, the motions in a portrait by the short name of its request; `changed`,
+    parameters with other values.
     """
 
-    energy: Callable[[System, np.ndarray], Any] = published
-    regimes: Callable[[System, np.ndarray], tuple[np.ndarray, ...]] = motion
-    design: Callable[[System], float] = flat
+    energy: Callable = published
+    regimes: Callable = motion
+    design: Callable = flat
     damper: float = 1.3
     walls: float = 0.5
     reduction: float = 0.4
-    orbits: Callable[[str], list[Motion]] = field(default_factory=lambda: as_published)
-    changed: Mapping[str, float] = field(default_factory=dict)
+    orbits: Callable = field(default_factory=lambda: as_published)
+    changed: Mapping = field(default_factory=dict)
 
-    def __call__(self, figure: str, name: str = "") -> Data:
+    def __call__(self, figure, name=""):
         """Return the invented data of a curve."""
         scan = scan_of(requests()[figure], name)
         parameters = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
@@ -167,19 +153,12 @@ class MadeUp:
         ]
         return Data(system, axes, {key: np.stack([row[key] for row in rows], 1) for key in rows[0]})
 
-    def motions(self, figure: str) -> list[Motion]:
-        """Return the invented motions of a portrait."""
+    def motions(self, figure):
         return self.orbits(figure)
 
 
-def made_up(energy: Any = published, **changes: Any) -> MadeUp:
-    """Return invented evidence: the fields of `MadeUp`, and parameters with other values."""
-    masses = {key: changes.pop(key) for key in tuple(changes) if key in ("m2", "k2")}
-    return MadeUp(energy, **changes, changed=masses)
-
-
 @cache
-def _map(design: Any, figure: str) -> np.ndarray:
+def _map(design, figure):
     scan = scan_of(requests()[figure], "")
     first, second = scan.axes
     return np.array(
@@ -190,7 +169,7 @@ def _map(design: Any, figure: str) -> np.ndarray:
     )
 
 
-def _along(world: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.ndarray]:
+def _along(world, system, omega):
     """Return invented numbers of a system by frequency."""
     E1 = world.energy(system, omega) + np.zeros(omega.size)
     n, k, label = world.regimes(system, omega)
@@ -203,7 +182,7 @@ def _along(world: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.nda
     }  # fmt: skip
 
 
-def as_published(figure: str) -> list[Motion]:
+def as_published(figure):
     """Return invented motions in a portrait as the paper has them."""
     systems = [column.system for column in load_portrait(requests()[figure].path).columns]
     random = np.random.default_rng(1).normal(size=(480, 4))
@@ -215,7 +194,7 @@ def as_published(figure: str) -> list[Motion]:
     return [motion_in(s, "T,1", [3e4 if soft == s.K else 9e5], 1 / s.K) for s in systems]
 
 
-def unlike_published(figure: str) -> list[Motion]:
+def unlike_published(figure):
     """Return invented motions that contradict the paper: equal forces, lines, no way away."""
     columns = load_portrait(requests()[figure].path).columns
     label = {"9": "3T,3", "10": ""}.get(figure, "T,1")
@@ -223,21 +202,13 @@ def unlike_published(figure: str) -> list[Motion]:
 
 
 def motion_in(
-    system: System,
-    label: str,
-    forces: Sequence[float],
-    duration: float = 0.02,
-    *,
-    section: np.ndarray | None = None,
-    greatest: float = 0.6,
-    share: float = 1e-9,
-    bins: int = 1000,
-) -> Motion:
+    system, label, forces, duration=0.02, *, section=None, greatest=0.6, share=1e-9, bins=1000
+):
     """Return an invented motion.
 
-    Arguments: system, label, forces and greatest as in `Motion`; how long all impacts take [s]; the
-    section, by default of three points; the share of the power of both spectra beside their lines;
-    how many bins hold most of it, against 1000 in half the window.
+    Arguments: as in `Motion`; how long all impacts take [s]; the section, by default of three
+    points; the share of the power of both spectra beside their lines; how many bins hold most of
+    it, against 1000 in half the window.
     """
     points = np.tile(np.arange(12.0).reshape(3, 4), (80, 1)) if section is None else section
     return Motion(
@@ -247,9 +218,7 @@ def motion_in(
     )  # fmt: skip
 
 
-def write_curves(
-    path: Path, request: CurveRequest, numbers: Sequence[dict[str, np.ndarray]]
-) -> Path:
+def write_curves(path, request, numbers):
     """Write an archive of response curves that holds these numbers of each case."""
     rows = zip(request.scans, numbers, strict=True)
     results = {scan.hash: _filled(scan, row) for scan, row in rows}
@@ -258,20 +227,20 @@ def write_curves(
     return path
 
 
-def Computed(results: Callable[[Scan], Mapping[str, np.ndarray]]) -> Any:
+def Computed(results):
     """Return a class in the place of `run.Computer` whose blocks are cut from `results(scan)`."""
 
     class Cut:
-        def __init__(self, scan: Scan, **_: Any) -> None:
+        def __init__(self, scan, **_):
             self.scan, self.arrays = scan, results(scan)
 
-        def block(self, block: Block) -> dict[str, np.ndarray]:
+        def block(self, block):
             return {name: array[block.selection] for name, array in self.arrays.items()}
 
     return Cut
 
 
-def write_figure(folder: Path, short: str, evidence: Any) -> Path:
+def write_figure(folder, short, evidence):
     """Write the archive of the figure of that short name, with invented numbers."""
     request = requests()[short]
     numbers = [evidence(short, name).numbers for name in request.scans]
@@ -281,7 +250,7 @@ def write_figure(folder: Path, short: str, evidence: Any) -> Path:
     return write_curves(path, request.computed, numbers)
 
 
-def _filled(scan: Scan, numbers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _filled(scan, numbers):
     """Return the arrays of a scan's archive with these numbers, else the fill value."""
     arrays = unfilled(scan)
     for name, array in arrays.items():
@@ -309,15 +278,6 @@ def better(system, omega):
     if system.kind == "tmd" and p["k1"] < TUNED_K1:
         return published(system, omega) * (1 + 1.5 * (1 - p["k1"] / TUNED_K1))
     return published(system, omega)
-
-
-def unlike(system, omega):
-    """Return energies of dampers that differ from one another and from the paper."""
-    p, base = system.parameters, published(system, omega)
-    if system.kind == "none":
-        return base + omega
-    stiffer = p["k1"] / TUNED_K1
-    return base * (0.2 + 3 * (stiffer - 1) * (system.kind == "ssbl") + (system.kind == "ssul"))
 
 
 def all_different(system, omega):
@@ -351,22 +311,25 @@ def contrary(system, omega):
 
 
 RESULTS = {
-    "unchanging": made_up(unchanging, damper=20, regimes=simple),
-    "contrary": made_up(contrary, regimes=restless, design=better_design, reduction=-0.5),
-    "chaos": made_up(regimes=chaos_around),
-    "all_different": made_up(all_different),
-    "published": made_up(),
-    "better designs": made_up(design=better_design),
-    "worse designs": made_up(design=lambda system: 2 * flat(system)),
-    "restless": made_up(regimes=restless),
-    "other orbits": made_up(orbits=unlike_published, walls=0.0, reduction=-0.5),
-    "better": made_up(better),
-    "rising": made_up(rising, damper=0.01, reduction=-0.5),
-    "unlike": made_up(unlike, damper=0.01),
-    "without impacts": made_up(regimes=everywhere(1, 0, "T,0")),
-    "without period": made_up(regimes=everywhere(0, 7, "6T,7")),
-    "spoiled": made_up(regimes=everywhere(0, 7, "6T,7"), reduction=-0.5),
-    "in turns": made_up(regimes=in_turns),
-    "other K": made_up(regimes=softer_alone),
-    "heavy": made_up(m2=160.0, k2=1e8),
+    "unchanging": MadeUp(unchanging, damper=20, regimes=everywhere(1, 1, "T,1")),
+    "contrary": MadeUp(contrary, regimes=restless, design=better_design, reduction=-0.5),
+    "chaos": MadeUp(
+        regimes=where(lambda _, w, label: (w > 7.36) & (label != "3T,3"), n=0, label="chaos")
+    ),
+    "all_different": MadeUp(all_different),
+    "published": MadeUp(),
+    "better designs": MadeUp(design=better_design),
+    "worse designs": MadeUp(design=lambda system: 2 * flat(system)),
+    "restless": MadeUp(regimes=restless),
+    "other orbits": MadeUp(orbits=unlike_published, walls=0.0, reduction=-0.5),
+    "better": MadeUp(better),
+    "rising": MadeUp(rising, damper=0.01, reduction=-0.5),
+    "without impacts": MadeUp(regimes=everywhere(1, 0, "T,0")),
+    "without period": MadeUp(regimes=everywhere(0, 7, "6T,7")),
+    "spoiled": MadeUp(regimes=everywhere(0, 7, "6T,7"), reduction=-0.5),
+    "in turns": MadeUp(regimes=where(lambda _, w, label: is_at(w, 7.8), 3, 3, "3T,3")),
+    "other K": MadeUp(  # T,1 everywhere with a harder contact
+        regimes=where(lambda s, *_: bool(s.scene.walls) and s.K > 2.8e7, 1, 1, "T,1")
+    ),
+    "heavy": MadeUp(changed={"m2": 160.0, "k2": 1e8}),
 }

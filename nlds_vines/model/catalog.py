@@ -86,15 +86,13 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
 
 def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
     """Return a `System` as it is, otherwise that of a catalog name or a TOML file."""
-    if isinstance(source, System):
-        return source
+    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
+        return system_from(source)
     if not isinstance(source, str | os.PathLike):
         raise RequestError(
             f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
             f"names: {', '.join(catalog())}"
         )
-    if isinstance(source, str) and not looks_like_path(source):
-        return catalog()[choice("system", source, catalog())]
     path = str(Path(source))
     document = read_toml(request_path(source))
     with at(path):
@@ -125,46 +123,40 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
             f"names: {', '.join(catalog())}"
         )
     with at("[system]"):
-        return _from_table(value, name, needs_force)
+        if "kind" not in value:
+            raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
+        kind = choice("kind", value["kind"], SCENES)
+        contact, law = _contact(value, "contact", "law", HERTZ.name)
+        second, law_2 = _contact(value, "contact_2", "law_2", "")
+        # a parameter of another kind is refused by `System`, whose message names that parameter
+        scene = SCENES[kind].under(law, law_2)
+        ratios = ratios_in(scene)
+        foreign = {key: v for key, v in value.items() if not (key in PARAMETERS or key in ratios)}
+        table("system", foreign, (*_SYSTEM_KEYS, *scene.allowed, *ratios))
+        parameters: dict[str, Any] = {}
+        for place, constants in (
+            ("[system]", {key: v for key, v in value.items() if key not in foreign}),
+            ("[system.parameters]", table("parameters", value.get("parameters", {}))),
+            ("[system.contact]", contact),
+            ("[system.contact_2]", {key + SECOND: v for key, v in second.items()}),
+        ):
+            if twice := sorted(parameters.keys() & constants.keys()):
+                raise RequestError(f"{twice[0]} stands in {place}, and before it")
+            parameters |= constants
+        sources = dict(table("sources", value.get("sources", {})))
+        if not needs_force:
+            for names, usual in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
+                if parameters.keys().isdisjoint(names):
+                    parameters[names[0]], sources[names[0]] = usual, _NOT_GIVEN
+        title, assumptions = value.get("title", ""), value.get("assumptions", {})
+        name = value.get("name", name)
+        return System(kind, parameters, name, title, sources, assumptions, law, law_2)
 
 
 def refuse_without_force(system: System) -> None:
     missing = ", ".join(n for n, source in system.sources.items() if source == _NOT_GIVEN)
     if missing:
         raise RequestError(f"parameters of kind {system.kind!r} are missing: {missing}")
-
-
-def _from_table(entry: Mapping[str, Any], name: str, needs_force: bool) -> System:
-    if "kind" not in entry:
-        raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
-    kind = choice("kind", entry["kind"], SCENES)
-    contact, law = _contact(entry, "contact", "law", HERTZ.name)
-    second, law_2 = _contact(entry, "contact_2", "law_2", "")
-    # a parameter of another kind is refused by `System`, whose message names that parameter
-    scene = SCENES[kind].under(law, law_2)
-    ratios = ratios_in(scene)
-    foreign = {key: v for key, v in entry.items() if key not in PARAMETERS and key not in ratios}
-    table("system", foreign, (*_SYSTEM_KEYS, *scene.allowed, *ratios))
-    beside = {key: value for key, value in entry.items() if key not in foreign}
-    parameters: dict[str, Any] = {}
-    for place, constants in (
-        ("[system]", beside),
-        ("[system.parameters]", table("parameters", entry.get("parameters", {}))),
-        ("[system.contact]", contact),
-        ("[system.contact_2]", {name + SECOND: value for name, value in second.items()}),
-    ):
-        twice = sorted(parameters.keys() & constants.keys())
-        if twice:
-            raise RequestError(f"{twice[0]} stands in {place}, and before it")
-        parameters |= constants
-    sources = dict(table("sources", entry.get("sources", {})))
-    if not needs_force:
-        for names, value in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
-            if parameters.keys().isdisjoint(names):
-                parameters[names[0]], sources[names[0]] = value, _NOT_GIVEN
-    title, assumptions = entry.get("title", ""), entry.get("assumptions", {})
-    name = entry.get("name", name)
-    return System(kind, parameters, name, title, sources, assumptions, law, law_2)
 
 
 def _contact(

@@ -424,12 +424,12 @@ class Merged:
         """
         axes = meant_by(system.scene, varied)
         tables = dict(zip(axes, varied.values(), strict=True))
-        (where, below), (changes_from, above) = self.layers
-        for place, layer in ((where, below), (changes_from, above)):
+        _, (_, above) = self.layers
+        for place, layer in self.layers:
             settings = {k: v for k, v in layer.get("set", {}).items() if takes(system, k)}
             with at(f"{place}: [set]"):
                 for name, meant in zip([*settings], meant_by(system.scene, settings), strict=True):
-                    if meant in axes and layer is below and above.get(tables[meant]):
+                    if meant in axes and layer is not above and above.get(tables[meant]):
                         del settings[name]
                     elif meant in axes:
                         raise RequestError(

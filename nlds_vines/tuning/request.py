@@ -71,10 +71,7 @@ OBJECTIVE, UNDER_LOAD = "E1max", "last_1"  # by default: of the steady state, an
 QUANTILE = 0.9  # the quantile of draws that is reported unless another one is the objective
 SEARCHES = ("de", "cma")  # differential evolution; CMA-ES, which needs the extra `cma`
 MOST_LANES = 10**8  # the most orbits of one tuning: days of work on a large machine
-# the perturbations of an optimum: frequencies 1 % off, parameters 2 % off, so many random starts,
-# and so many times the periods (which reveals an orbit that is irregular or had not settled)
-DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
-SIZE = 0.1  # the perturbation of a load: 10 % smaller and larger
+STARTS = 4  # random ones of an optimum that is tested
 TONE = "tone.omega"  # the frequency that a band means under a load with one tone [rad/s]
 
 

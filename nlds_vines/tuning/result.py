@@ -1,11 +1,12 @@
-"""The results of a tuning: the datasets of its archive, and the archive read as a `Tuned`."""
+"""The results of a tuning: columns of its log, datasets of its archive, and its reader `Tuned`."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, nan
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,22 +15,87 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.records import OK, STATUS_FLAGS
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.design_space import Free
-from nlds_vines.tuning.objective import (
-    OF_DRAWS,
-    STAGES,
-    impacts_of,
-    is_band,
-    over_finer_bands,
-    perturbations,
-)
-from nlds_vines.tuning.request import Tuning, load_tuning
+from nlds_vines.tuning.request import STARTS, TONE, Tuning, load_tuning
 
+HOW = ("detuning", "random_start", "stretch")
+"""The columns of a trial after its free parameters [SI].
+
+detuning: a factor on omega; under a load, on the structure's natural frequency.  random_start: 0
+for rest, i for the i-th random start.  stretch: a factor on the periods discarded and sampled;
+under a load, on the load."""
+
+RESULTS = ("objective", "E2max", "status", "worst_case")
+"""The results of a trial: the objective, infinite for an inadmissible design; E2max [J], status and
+number of its worst case."""
+
+OF_DRAWS = ("nominal", "mean", "quantile")  # of the objective: the results of draws that follow
+# the CF flags of the dataset `stage`
+STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
+# perturbations: shares of frequencies, parameters and sizes of loads, and so many times the periods
+# (which reveals an orbit that is irregular or had not settled)
+DETUNING, SHIFT, SIZE, STRETCH = 0.01, 0.02, 0.1, 5
+BAND = 5  # values of a parameter from which on they stand for a range rather than for themselves
+_FINER = 8  # intervals of a step of such a range, to judge an optimum between its values
 _ON_BOUND = 1e-6  # of the range: a search that stops so near to a bound has reached it
 _AT_BOUND = 1e-3  # of the range: an optimum so near to a bound is reported
+
+
+def impacts_of(tuning: Tuning) -> tuple[str, ...]:
+    """Return the name of the column of impacts in the worst case; none without walls."""
+    if not tuning.system.scene.walls:
+        return ()
+    return ("impact_rate",) if tuning.history is None else ("impact_count",)
+
+
+def results_of(tuning: Tuning) -> tuple[str, ...]:
+    return (*RESULTS, *(OF_DRAWS if tuning.draws else ()), *impacts_of(tuning))
+
+
+def is_band(axis: Axis) -> bool:
+    return axis.name in (*DESCRIBED, TONE) and axis.values.size >= BAND
+
+
+def over_finer_bands(tuning: Tuning) -> Tuning | None:
+    """Return a tuning with finer bands, to judge designs by; None without a band."""
+
+    def finer(axis: Axis) -> Axis:
+        places = np.arange(axis.values.size)
+        between = np.linspace(0, places[-1], _FINER * places[-1] + 1)
+        return Axis(axis.name, np.interp(between, places, axis.values))
+
+    if not any(map(is_band, tuning.over)):
+        return None
+    over = tuple(finer(axis) if is_band(axis) else axis for axis in tuning.over)
+    # only its objective is used, so its search is the smallest allowed one
+    least = replace(tuning.search, population=5, generations=1, polish=0, seeds=1, optima=1)
+    return replace(tuning, over=over, surface=None, search=least)
+
+
+class Perturbation(NamedTuple):
+    words: str
+    column: str  # of the trial
+    value: float  # the factor on that column; the number of a `random_start`
+
+
+def perturbations(tuning: Tuning) -> list[Perturbation]:
+    """Return the perturbations under which an optimum is tested; the first is none."""
+
+    def both(words: str, column: str, share: float) -> list[Perturbation]:
+        return [Perturbation(f"{words} {s:+.0%}", column, 1.0 + s) for s in (-share, share)]
+
+    none = Perturbation("none", "stretch", 1.0)
+    shifted = [one for name in tuning.names for one in both(name, name, SHIFT)]
+    if tuning.history is not None:
+        detuned = both("natural frequency", "detuning", DETUNING)
+        return [none, *detuned, *both("load", "stretch", SIZE), *shifted]
+    starts = [Perturbation(f"random start {i}", "random_start", i) for i in range(1, STARTS + 1)]
+    longer = Perturbation(f"{STRETCH} x the periods", "stretch", STRETCH)
+    return [none, *both("omega", "detuning", DETUNING), longer, *shifted, *starts]
 
 
 def scales(tuning: Tuning, evaluations: int, optima: int) -> list[Scale]:

@@ -5,21 +5,38 @@ The searches work in the unit cube that the bounds span; a design is a point in 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
+from functools import cache
+from math import ceil
 from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
-from nlds_vines.model.parameters import CONTACT
+from nlds_vines.loads.request import is_of_load
+from nlds_vines.loads.run import numbers_of
+from nlds_vines.model.loads.loading import Loading
+from nlds_vines.model.parameters import CONTACT, DESCRIBED
+from nlds_vines.orbits.batch import Batch, Outcome
+from nlds_vines.orbits.starts import random_states
 from nlds_vines.runs.executors import use_threads
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.interrupts import check
+from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Blocks, Write
-from nlds_vines.tuning.design_space import units_of, values_of
-from nlds_vines.tuning.objective import Log, at_rest, over_finer_bands, perturbed
-from nlds_vines.tuning.request import Search, Tuning, check_installed
-from nlds_vines.tuning.result import contents, scales
+from nlds_vines.tuning.design_space import FRESH_SEED, places_of, units_of, values_of
+from nlds_vines.tuning.request import STARTS, Search, Tuning, check_installed
+from nlds_vines.tuning.result import (
+    HOW,
+    RESULTS,
+    STAGES,
+    contents,
+    over_finer_bands,
+    perturbations,
+    results_of,
+    scales,
+)
 
 Evaluate = Callable[[np.ndarray], np.ndarray]  # of points (n, parameters) in the unit cube
 
@@ -200,3 +217,212 @@ def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
         bounds=[(0.0, 1.0)] * start.size,
         options={"initial_simplex": np.vstack([start, start + np.diag(steps)]), **options},
     )
+
+
+# ---- objectives of designs -----------------------------------------------------------------------
+
+
+def at_rest(points: np.ndarray) -> np.ndarray:
+    """Return trials of designs (n, parameters) [SI] without a perturbation, one a row."""
+    return np.column_stack([points, np.tile([1.0, 0.0, 1.0], (len(points), 1))])
+
+
+class Objective:
+    """The objective of one tuning; with `fresh`, over draws none of which the search has."""
+
+    def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
+        self._tuning, self._tell = tuning, tell
+        self._cases = tuning.cases()
+        draws, seed = tuning.draws, tuning.search.seed
+        if fresh:
+            draws, seed = tuning.fresh_draws, seed + FRESH_SEED
+        self._noise = np.arange(draws + 1)
+        self._noise[1:] += tuning.draws * fresh
+        self._places = places_of(tuning.uncertain, draws, seed)
+        self._batch = None
+        if tuning.history is None:
+            scene, objective = tuning.system.scene, tuning.search.objective
+            self._batch = Batch(scene, tell, float(tuning.tolerance), objective)
+        generator = np.random.default_rng(tuning.search.seed)
+        self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
+
+    def results(self, trials: np.ndarray) -> np.ndarray:
+        """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`."""
+        tuning, grid = self._tuning, self._grid(trials)
+        if self._batch is None:
+            values = worst(outcome_under(tuning, grid, self._tell))
+            return over_draws(values, tuning.search.quantile, tuning.quantile)
+        cells = tuning.system.cells(grid)
+        results = np.empty((len(trials), len(results_of(tuning))))
+        # all orbits of a trial from its start, those with equal numbers of periods at once
+        start, stretches = trials[:, -2].astype(int), trials[:, -1]
+        starts = np.zeros((*cells.shape, 4))
+        moved = np.flatnonzero(start)
+        if moved.size:
+            drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
+            starts[moved] = drawn[np.arange(moved.size), :, :, start[moved] - 1]
+        for stretch in np.unique(stretches):
+            rows = stretches == stretch
+            periods = (round(n * stretch) for n in (tuning.transient, tuning.periods))
+            values = worst(self._batch.run(cells[rows], starts[rows], *periods))
+            results[rows] = over_draws(values, tuning.search.quantile, tuning.quantile)
+        return results
+
+    def _grid(self, trials: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
+        tuning, grid = self._tuning, dict(self._cases)
+        shape = len(trials), len(self._places), tuning.case_count
+        *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
+        grid |= dict(zip(tuning.names, points, strict=True))
+        for i, one in enumerate(tuning.uncertain):
+            nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
+            grid[one.name] = one.at(nominal, self._places[:, i, np.newaxis])
+        if tuning.history is None:
+            grid[tuning.frequency] = grid[tuning.frequency] * factor
+        else:
+            spring = "k1" if "k1" in tuning.system.parameters else "k"
+            stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
+            scale = grid.get("scale", np.asarray(tuning.value("scale")))
+            grid[spring] = stiffness * (factor * factor)
+            grid["scale"] = scale * stretch
+            grid["draw"] = self._noise[:, np.newaxis]
+        return {name: np.broadcast_to(values, shape) for name, values in grid.items()}
+
+
+def worst(outcome: Outcome) -> np.ndarray:
+    """Return the `RESULTS`, with walls also the impacts, of the worst case along the last axis."""
+    value = np.where(outcome.inadmissible, np.inf, outcome.objective)
+    case = value.argmax(axis=-1)[..., np.newaxis]
+
+    def of_case(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.take_along_axis(values, case, axis=-1)[..., 0])
+
+    objective = of_case(value)
+    second = np.where(np.isfinite(objective), of_case(outcome.E2max), np.nan)
+    columns = [objective, second, of_case(outcome.status), case[..., 0]]
+    if outcome.impacts is not None:
+        columns.append(np.where(np.isfinite(objective), of_case(outcome.impacts), np.nan))
+    return np.stack(columns, axis=-1)
+
+
+def over_draws(results: np.ndarray, judge: float | None, reported: float) -> np.ndarray:
+    """Reduce results (designs, draws, columns) over the draws, 0 nominal, to (designs, columns).
+
+    The objective is the quantile `judge`, or the mean, and then `reported` is the other quantile.
+    A quantile q, the least value that a share q of the draws does not exceed, may be finite
+    although some draws fail; a mean is not.  E2max, status, case and impacts are nominal, but if
+    the objective is infinite, the status is that of the first draw that failed.
+    """
+    nominal, values = results[:, 0], results[:, 1:, 0]
+    if not values.shape[1]:
+        return nominal
+    share = judge or reported
+    mean = np.add.reduce(values, axis=1) / values.shape[1]
+    quantile = np.sort(values, axis=1)[:, ceil(share * values.shape[1]) - 1]
+    objective = mean if judge is None else quantile
+    status = nominal[:, 2].copy()
+    for i in np.flatnonzero(np.isinf(objective)):
+        status[i] = results[i, np.isinf(results[i, :, 0]).argmax(), 2]
+    rest = [nominal[:, 1], status, nominal[:, 3], nominal[:, 0], mean, quantile]
+    return np.column_stack([objective, *rest, nominal[:, len(RESULTS) :]])
+
+
+def outcome_under(
+    tuning: Tuning, grid: Mapping[str, np.ndarray], tell: Tell | None = None
+) -> Outcome:
+    """Return the outcomes under the load over a grid of parameters, numbers of the load, `draw`.
+
+    A design whose objective is NaN, as a last time that has not come, is inadmissible.
+    """
+    history, shape = tuning.history, grid["draw"].shape
+    assert history is not None
+    orbits = {name: values.ravel() for name, values in grid.items()}
+    draws = orbits.pop("draw").tolist()
+    of_load = {name: orbits.pop(name).tolist() for name in [*orbits] if is_of_load(name)}
+
+    @cache  # the orbits of one load share its cells
+    def load_of(draw: int, *values: float) -> Loading:
+        return history.load.redrawn(draw).with_(dict(zip(of_load, values, strict=True)))
+
+    each = [
+        load_of(draw, *(values[i] for values in of_load.values())) for i, draw in enumerate(draws)
+    ]
+    flat = numbers_of(history, tuning.system, orbits, each, tell)
+    numbers = {name: values.reshape(shape) for name, values in flat.items()}
+    value = numbers[tuning.search.objective]
+    impacts = numbers["impact_count"] if tuning.system.scene.walls else None
+    return Outcome(value, numbers["E2max"], numbers["status"], numbers["violations"], impacts)
+
+
+class Log:
+    """All evaluations of a tuning, in order; searches reach the objective only through it.
+
+    The evaluations of one call are a block on the disk.  A search depends on its request alone, so
+    it is resumed by running it again: saved blocks then replace the kernels' results.
+    """
+
+    def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
+        self.tuning = tuning
+        self.replayed = 0  # evaluations that an earlier run has saved
+        self._objective = Objective(tuning, progress.wait)
+        self._store, self._progress, self._calls = store, progress, 0
+        self._blocks: list[np.ndarray] = []
+        self._best = np.inf
+
+    def evaluate(self, trials: np.ndarray, stage: str, seed: int) -> np.ndarray:
+        """Return the objective (n,) of each trial, infinite for an inadmissible design."""
+        results = self._results(self._objective, trials)
+        marks = np.tile([STAGES[stage], seed], (len(results), 1))
+        self._blocks.append(np.column_stack([trials, results, marks]))
+        objectives, unit = results[:, 0], self.tuning.unit
+        if stage in ("global", "polish"):
+            self._best = min(self._best, float(objectives.min()))
+        self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} {unit}")
+        return objectives
+
+    def judged(self, tuning: Tuning, points: np.ndarray, *, fresh: bool = False) -> np.ndarray:
+        """Return objectives (n,) by another tuning, or by `fresh` draws, which are not logged."""
+        objective = Objective(tuning, self._progress.wait, fresh=fresh)
+        return np.array([self._results(objective, at_rest(one))[0, 0] for one in points[:, None]])
+
+    def _results(self, objective: Objective, trials: np.ndarray) -> np.ndarray:
+        check()
+        key = self._calls
+        self._calls += 1
+        block, began = self._store.load(key), time.monotonic()
+        if block is None:
+            results = objective.results(trials)
+            self._store.save(key, {"asked": trials, "found": results}, time.monotonic() - began)
+            return results
+        if not np.array_equal(block["asked"], trials):
+            raise RequestError(f"{self._store.folder} does not fit this search: remove it")
+        self.replayed += len(block["asked"])
+        return block["found"]
+
+    def columns(self) -> dict[str, np.ndarray]:
+        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
+        table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
+        return dict(zip(names, table.T, strict=True))
+
+    def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return points [SI], objectives and rows in the log of the designs of one or all seeds."""
+        columns = self.columns()
+        wanted = columns["stage"] <= STAGES["polish"]
+        if seed is not None:
+            wanted &= columns["seed"] == seed
+        rows = np.flatnonzero(wanted)
+        points = np.column_stack([columns[name][rows] for name in self.tuning.names])
+        return points, columns["objective"][rows], rows
+
+
+def perturbed(tuning: Tuning, point: np.ndarray) -> np.ndarray:
+    """Return the trials of a design [SI] under each perturbation; a band is shifted as a whole."""
+    every, columns = perturbations(tuning), (*tuning.names, *HOW)
+    trials = at_rest(np.tile(point, (len(every), 1)))
+    for trial, one in zip(trials, every, strict=True):
+        place = columns.index(one.column)
+        trial[place] = one.value if one.column == "random_start" else trial[place] * one.value
+    for i, name in enumerate(tuning.names):
+        # within the range of the parameter, as Poisson's ratio up to 0.5
+        trials[:, i] = np.clip(trials[:, i], DESCRIBED[name].low, DESCRIBED[name].high)
+    return trials

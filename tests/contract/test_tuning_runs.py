@@ -6,7 +6,8 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.tuning import picture as drawn
 from nlds_vines.tuning.command import main
-from nlds_vines.tuning.objective import STAGES, Objective
+from nlds_vines.tuning.result import STAGES
+from nlds_vines.tuning.run import Objective
 
 pytestmark = pytest.mark.kernels
 

@@ -15,8 +15,8 @@ from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.model.axis import Axis
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
-from nlds_vines.tuning.objective import Objective, at_rest
 from nlds_vines.tuning.request import load_tuning
+from nlds_vines.tuning.run import Objective, at_rest
 
 SIX = nv.load_system("ssul-set6").parameters
 

@@ -14,10 +14,10 @@ from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks
-from nlds_vines.tuning import objective
+from nlds_vines.tuning import run
 from nlds_vines.tuning.design_space import BOUNDS, Free, units_of, values_of
 from nlds_vines.tuning.request import STARTS, Search, load_tuning
-from nlds_vines.tuning.result import Optimum, Tuned
+from nlds_vines.tuning.result import Optimum, Tuned, perturbations
 from nlds_vines.tuning.run import distinct, latin_hypercube, polish, search_globally
 
 TABLE_1_BEST = 81.8492  # J, the least E1max of the paper's sets at 6.28 rad/s: set 5
@@ -124,11 +124,11 @@ def test_designs_and_the_unit_cube_belong_together():
 @pytest.mark.kernels
 def test_the_objective_is_the_peak_of_all_cases():
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.21, 6.28]}}})
-    results = objective.Objective(tuning).results(objective.at_rest(np.array([[600.0, 262.0]])))
+    results = run.Objective(tuning).results(run.at_rest(np.array([[600.0, 262.0]])))
     assert results[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
     assert results[0, 2:].tolist() == [OK, 0]
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28]}}})
-    results = objective.Objective(tuning).results(objective.at_rest(np.array([[600.0, 262.0]])))
+    results = run.Objective(tuning).results(run.at_rest(np.array([[600.0, 262.0]])))
     assert results[0, 0] == pytest.approx(635.107, abs=1e-3)
 
 
@@ -136,7 +136,7 @@ def test_the_objective_is_the_peak_of_all_cases():
 def test_a_perturbed_trial_is_the_perturbed_system():
     tuning = load_tuning("tmd", {"over": {"P": {"values": [400.0, 800.0]}}})
     trials = np.array([[600.0, 262.0, 1.01, 2.0, 1.0]])
-    results = objective.Objective(tuning).results(trials)[0]
+    results = run.Objective(tuning).results(trials)[0]
     system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)
     orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
     assert results[0] == pytest.approx(orbit.E1max, rel=1e-9)  # settled, wherever it began
@@ -148,17 +148,17 @@ def test_starts_stretches_and_failures_of_trials():
     # a start of its own is used
     tuning = load_tuning("tmd", {"sampling": {"transient": 0}})
     trials = np.array([[600.0, 262.0, 1.0, start, 1.0] for start in range(STARTS + 1)])
-    assert len(np.unique(objective.Objective(tuning).results(trials)[:, 0])) == STARTS + 1
+    assert len(np.unique(run.Objective(tuning).results(trials)[:, 0])) == STARTS + 1
     # more periods tell what had not settled
     tuning = load_tuning("tmd", {"sampling": {"transient": 2, "periods": 2}})
     trials = np.array([[600.0, 262.0, 1.0, 0.0, stretch] for stretch in (50.0, 1.0)])
-    settled, early = objective.Objective(tuning).results(trials)[:, 0]
+    settled, early = run.Objective(tuning).results(trials)[:, 0]
     assert settled == pytest.approx(635.107, abs=1e-3)
     assert early < 0.9 * settled
     # a design that fails is infinitely bad
     tuning = load_tuning("tmd", {"free": {"k2": bounds(1.0, 1e14)}})
     points = np.array([[600.0, 262.0], [1e14, 262.0], [700.0, 200.0]])
-    results = objective.Objective(tuning).results(objective.at_rest(points))
+    results = run.Objective(tuning).results(run.at_rest(points))
     assert results[1, 0] == np.inf
     assert results[:, 2].tolist() == [OK, TOO_STIFF, OK]
     assert np.isfinite(results[[0, 2], 0]).all()
@@ -171,7 +171,7 @@ def test_a_failed_case_or_a_broken_constraint_condemns_a_design_and_no_number_is
         status=np.array([[OK, OK], [OK, OK], [OK, DIVERGED], [OK, OK]]),
         violations=np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 3.0]]),
     )
-    worst_case = objective.worst(outcome)
+    worst_case = run.worst(outcome)
     assert worst_case[:, 0].tolist() == [5.0, np.inf, np.inf, np.inf]
     assert worst_case[:, 2].tolist() == [OK, OK, DIVERGED, OK]
     assert worst_case[:, 3].tolist() == [1, 1, 1, 1]
@@ -183,7 +183,7 @@ def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch):
     def failed(_, trials):
         return np.tile([np.inf, np.nan, DIVERGED, 0.0], (len(trials), 1))
 
-    monkeypatch.setattr(objective.Objective, "results", failed)
+    monkeypatch.setattr(run.Objective, "results", failed)
     few = {"population": 5, "generations": 1, "polish": 4}
     tuned = nv.tune("tmd", tmp_path / "a.h5", search=few, surface={"size": 2}, quiet=True)
     assert tuned.optima == ()
@@ -199,7 +199,7 @@ def test_a_picture_writes_ratios_without_a_unit_and_their_symbols_after_a_comma(
     def made_up(_, trials):
         return np.column_stack([1.0 + trials[:, 0], *np.zeros((3, len(trials)))])
 
-    monkeypatch.setattr(objective.Objective, "results", made_up)
+    monkeypatch.setattr(run.Objective, "results", made_up)
     few = {"population": 5, "generations": 1, "polish": 0, "optima": 1}
     names = ["mass_ratio", "frequency_ratio", "zeta2"]
     tuned = nv.tune(
@@ -226,8 +226,8 @@ def test_near_equal_optima_lie_apart():
 
 def test_a_winner_is_disturbed_in_one_way_at_a_time_and_stays_possible():
     tuning = load_tuning("ssul-set6", {"set": {"C": 0.1}})
-    names = [one.words for one in objective.perturbations(tuning)]
-    trials = objective.perturbed(tuning, np.array([1000.0, 50.0]))
+    names = [one.words for one in perturbations(tuning)]
+    trials = run.perturbed(tuning, np.array([1000.0, 50.0]))
     rows = dict(zip(names, trials.tolist(), strict=True))
     assert rows["none"] == [1000, 50, 1, 0, 1]
     assert rows["omega -1%"] == [1000, 50, 0.99, 0, 1]
@@ -239,7 +239,7 @@ def test_a_winner_is_disturbed_in_one_way_at_a_time_and_stays_possible():
     # a disturbed design stays possible
     tuning = load_tuning("ssul-set6", {"free": {"nu2": bounds(0.1, 0.5)}})
     assert tuning.names[-1] == "nu2"
-    points = objective.perturbed(tuning, np.array([500.0, 50.0, 0.1, 0.5]))
+    points = run.perturbed(tuning, np.array([500.0, 50.0, 0.1, 0.5]))
     assert points[:, 3].max() == 0.5
     assert points[:, 3].min() == 0.49
 
@@ -305,17 +305,15 @@ def test_cma_finds_a_bowl_where_it_is_installed():
 
 def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
     tuning = load_tuning("tmd")
-    store, trials = Blocks(tmp_path / "a.h5", tuning), objective.at_rest(np.ones((2, 2)))
+    store, trials = Blocks(tmp_path / "a.h5", tuning), run.at_rest(np.ones((2, 2)))
     states = np.zeros((2, 4))
     store.save(0, {"asked": trials, "found": states})
     with Progress(None, "design", quiet=True) as progress:
-        log = objective.Log(tuning, store, progress)
+        log = run.Log(tuning, store, progress)
         assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
         assert log.replayed == 2
         with pytest.raises(RequestError, match="does not fit this search"):
-            objective.Log(tuning, store, progress).evaluate(
-                objective.at_rest(2 * np.ones((2, 2))), "global", 0
-            )
+            run.Log(tuning, store, progress).evaluate(run.at_rest(2 * np.ones((2, 2))), "global", 0)
 
 
 @pytest.mark.long

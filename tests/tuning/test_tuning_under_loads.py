@@ -17,20 +17,12 @@ from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.records import OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.tuning import objective
+from nlds_vines.tuning import run
 from nlds_vines.tuning.command import main
 from nlds_vines.tuning.design_space import CUT, DRAWS, Uncertain, places_of
-from nlds_vines.tuning.objective import (
-    Objective,
-    at_rest,
-    over_draws,
-    over_finer_bands,
-    perturbations,
-    perturbed,
-    worst,
-)
 from nlds_vines.tuning.request import load_tuning
-from nlds_vines.tuning.result import Optimum, Tuned
+from nlds_vines.tuning.result import Optimum, Tuned, over_finer_bands, perturbations
+from nlds_vines.tuning.run import Objective, at_rest, over_draws, perturbed, worst
 
 FILE = """
 title = "Struck"
@@ -338,7 +330,7 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
         numbers = {"last_1": nothing, "E2max": nothing}
         return {**numbers, "status": failed, "violations": nothing}
 
-    monkeypatch.setattr("nlds_vines.tuning.objective.numbers_of", numbers_of)
+    monkeypatch.setattr("nlds_vines.tuning.run.numbers_of", numbers_of)
     noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
     tuning = load_tuning("tmd", {
         "load": noise, "sampling": {"duration": 3.0},
@@ -412,7 +404,7 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
 ):
     tables = {**BLOW, "uncertain": {"k1": "3%"}, "search": {**SMALL, "draws": 2}}
     first = nv.tune("tmd", tmp_path / "a.h5", threads=1, quiet=True, **tables)
-    real, calls = objective.outcome_under, []
+    real, calls = run.outcome_under, []
 
     def interrupted(*arguments):
         calls.append(1)
@@ -420,7 +412,7 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
             raise KeyboardInterrupt
         return real(*arguments)
 
-    monkeypatch.setattr(objective, "outcome_under", interrupted)
+    monkeypatch.setattr(run, "outcome_under", interrupted)
     with pytest.raises(Interrupted, match="3 blocks are kept"):
         nv.tune("tmd", tmp_path / "b.h5", quiet=True, **tables)
     again = nv.tune("tmd", tmp_path / "b.h5", threads=2, resume=True, quiet=True, **tables)

@@ -30,7 +30,7 @@ from nlds_vines.orbits.classification import classify as classify
 from nlds_vines.orbits.simulation import IntegrationError as IntegrationError
 from nlds_vines.orbits.simulation import Orbit as Orbit
 from nlds_vines.orbits.simulation import simulate as simulate
-from nlds_vines.orbits.spectral_values import spectrum as spectrum
+from nlds_vines.orbits.simulation import spectrum as spectrum
 from nlds_vines.orbits.spectrum import Spectrum as Spectrum
 from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
 from nlds_vines.transients.basins import Basins as Basins

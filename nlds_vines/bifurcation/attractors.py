@@ -392,9 +392,8 @@ class OrbitEnds:
             some = slice(first, first + TOGETHER)
             out = self._verdicts.run(cells[some, np.newaxis], starts[some], *span)
             assert out.evidence is not None
-            assert out.ends is not None
             labels = finals(labels_from(out.status, out.evidence, out.by_wall))[:, 0]
-            evidence, states = out.evidence[:, 0], out.ends[:, 0, LAST_STATE, :4].copy()
+            evidence, states = out.evidence[:, 0], out.buffers.ends[:, 0, LAST_STATE, :4].copy()
             closed = np.array([period_of(label) > 0 for label in labels], bool)
             states[closed] = evidence[closed, ev.POINT : ev.POINT + 4]
             parts.append(Ends(out.status[:, 0], labels, states, evidence))
@@ -638,9 +637,8 @@ class AttractorTable:
         for n in np.unique(periods).tolist():
             some = np.flatnonzero(periods == n)
             span = (0, n) if n else (self._scan.transient, self._scan.periods)
-            energy = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span).energy
-            assert energy is not None
-            energies[some] = energy[:, 0]
+            outputs = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span)
+            energies[some] = outputs.buffers.energy[:, 0]
         for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
             yield filled(BY_NAME[name].dataset(dims, scene, prefix="attractor_"), energies[:, i])
         counts = np.array([np.count_nonzero(one.lanes >= 0) for one in attractors])

@@ -34,10 +34,9 @@ from nlds_vines.model.labels import CHAOS, KEPT, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import records, responses
-from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
+from nlds_vines.orbits.batch import Kernels, Outputs, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.solver_settings import most_watched
-from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
@@ -231,7 +230,8 @@ class Computer:
         if self._spectral is not None and self._traced is not None:  # the same at more instants
             span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
             states, status = self._traced.states(chains, starts, span)
-            spectra = arrays_of(self._spectral, states, status == records.OK, self.scan.transient)
+            sound = status == records.OK
+            spectra = spectra_of(self._spectral, states, sound, self.scan.transient)
             arrays |= {"status": status, **spectra}
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
@@ -272,7 +272,7 @@ class Computer:
         arrays = {"status": status}
         for name in self.scan.table.datasets:
             entry = BY_NAME[name]
-            buffer = getattr(outputs, entry.buffer) if entry.buffer in _PLAIN else None
+            buffer = getattr(outputs.buffers, entry.buffer) if entry.buffer in _PLAIN else None
             if buffer is not None:
                 if entry.buffer == "section":
                     buffer = buffer[:, :, -self.scan.periods :]
@@ -281,25 +281,27 @@ class Computer:
         if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
-        if outputs.response is not None:
-            arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
-        if outputs.cycle is not None:
-            arrays["periodicity"], by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
+        if outputs.buffers.response is not None:
+            arrays |= responses.arrays_of(outputs.buffers.response, self.scan.system.scene, cells)
+        if outputs.buffers.cycle is not None:
+            arrays["periodicity"], by_wall = (
+                outputs.buffers.cycle[..., 0],
+                outputs.buffers.cycle[..., 1:],
+            )
             arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
-        if outputs.counts is not None:
+        if outputs.buffers.counts is not None:
             arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
             if "modulation" in self.scan.want:
-                assert outputs.section is not None
-                section = outputs.section[:, :, -self.scan.periods :]
+                section = outputs.buffers.section[:, :, -self.scan.periods :]
                 with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays |= records.modulation_of(section, cells["omega"], outputs.counts)
+                    arrays |= records.modulation_of(section, cells["omega"], outputs.buffers.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
         return arrays
 
 
 _PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
-"""The buffers of `Outputs` whose numbers are recorded as they are."""
+"""The buffers of lanes whose numbers are recorded as they are."""
 
 _KNOWN = ("status", "regime", "label", "start_state")  # what is also known of an orbit that failed
 

@@ -18,7 +18,7 @@ from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.kernel_inputs import parts_of, unit_norms
+from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell
@@ -271,14 +271,6 @@ class SectionMap:
         )  # fmt: skip
         cycles.measure_cycles(0, count, self._parts, cells, starts, periods, extremes)
         return extremes
-
-
-def room_for(n: int, size: int, count: int) -> cycles.Traced:
-    """Return the buffers for one orbit of n periods and `count` free parameters."""
-    return cycles.Traced(
-        np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
-        np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
-    )  # fmt: skip
 
 
 def place_of(system: System, name: str, value: float, state: Sequence[float]) -> np.ndarray:

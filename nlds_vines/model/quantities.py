@@ -56,7 +56,7 @@ class Quantity:
     dtype: str = "float64"  # as in `archives.dataset.Dataset`
     fill: float | int | str = np.nan
     beside: str = ""  # a record that must be requested as well
-    buffer: str = ""  # the field of `batch.Outputs` that stores it
+    buffer: str = ""  # of `LaneBuffers`, or "evidence"
     column: int | None = None  # in the buffer; None for all of it; of each wall: the first one
     of: Callable[[np.ndarray], np.ndarray] | None = None  # of the buffer, in place of a column
     reduced: bool = False  # whether it is compared with that of the structure alone

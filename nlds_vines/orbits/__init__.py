@@ -8,10 +8,9 @@ In reading order:
     kernel_inputs     a scene and a cell as the kernels take them
     starts            policies of starts, random starts
     compilation       messages about compiling, and a second process that compiles
-    batch             many orbits in one call of the kernels, datasets of verdicts
-    simulation        `nv.simulate`
+    spectrum          signals of an orbit, their spectra, the spectral records of scans
+    batch             many orbits in one call of the kernels, datasets of verdicts and spectra
+    simulation        `nv.simulate` and `nv.spectrum`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
-    spectrum          forces, energies and other signals; `Spectrum`; the spectral records of scans
-    spectral_values   computes them; `nv.spectrum`
 """

@@ -1,9 +1,4 @@
-"""Many orbits in one call of the kernels, and the datasets that their verdicts give.
-
-`Kernels` runs sweeps of cells with all records of a scan; within a sweep, each cell starts from the
-last state of the one before.  `Batch` runs the designs of a tuning.
-`at_section` integrates starts at any phase of the force to the next section.
-"""
+"""Many orbits in one call of the kernels, and the datasets of their verdicts and spectra."""
 
 from __future__ import annotations
 
@@ -19,6 +14,8 @@ from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.numerics.matrices import LOG, fill_multipliers
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
+from nlds_vines.kernels.orbit.repetition import REPEATS, period_of
+from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURS
 from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
@@ -28,7 +25,7 @@ from nlds_vines.kernels.scene.codes import (
     TOUCH_COLUMNS,
 )
 from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
-from nlds_vines.model.labels import flags_of, labels_of
+from nlds_vines.model.labels import FLAGS, KEPT, flags_of, labels_of
 from nlds_vines.model.quantities import stored_in
 from nlds_vines.model.scenes import Scene, scene_of
 from nlds_vines.model.system import cell_type
@@ -37,19 +34,22 @@ from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
+from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
+# least number of forcing periods that a thread takes at a time: milliseconds of work
 PIECE_PERIODS = 1000
-"""Least number of forcing periods that a thread takes at a time: milliseconds of work."""
 
+# the compiled functions that run many orbits, with the names of their kernels
 LANES = {
     fill_multipliers: "orbit",  # compiled before the verdict that uses it
     lanes.run_lanes: "orbit",
     lanes.judge_lanes: "verdict",
 }
-"""The compiled functions that run many orbits, with the names of their kernels."""
+
+COUNTED = "impact count"  # the word for impact counts without an orbit's period
 
 _loaded: set[Needed] = set()  # the kernels that this process has compiled or loaded
 TURN = 6.283185307179586  # 2 pi
@@ -60,7 +60,7 @@ class Wanted:
     """The records of orbits of one scene, and the method."""
 
     scene: Scene
-    want: Collection[str]  # words of `records.WANTS`
+    want: Collection[str]  # words of `records.WANTS`, and `COUNTED`
     method: str
     effort: str  # of a verdict
     settings: Settings
@@ -68,36 +68,25 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The buffers of many orbits, (sweeps, cells, ...) each; None for what is not recorded."""
+    """The records of many orbits, arrays (sweeps, cells, ...); None for what is not recorded."""
 
-    section: np.ndarray | None
-    counts: np.ndarray | None
-    cycle: np.ndarray | None
-    energy: np.ndarray | None
-    peak: np.ndarray | None
-    clearance: np.ndarray | None
-    violation: np.ndarray | None
-    evidence: np.ndarray | None
-    ends: np.ndarray | None
-    response: np.ndarray | None
-    touches: np.ndarray | None
+    buffers: LaneBuffers
+    evidence: np.ndarray | None  # of verdicts
     status: np.ndarray
-    foot: bool | None = None
-    ground: bool | None = None
 
     @classmethod
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
         """Allocate the buffers for `shape` = (sweeps, cells)."""
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
-        counted = judged or not want.isdisjoint(("impacts", "modulation"))
+        counted = judged or not want.isdisjoint(("impacts", "modulation", COUNTED))
         periods_noted = noted(want, transient, periods)
         touches = touches_noted(want, scene, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float, value: float = 0) -> Any:
             return np.full((*shape, *tail), value, dtype) if wanted else None
 
-        return cls(
+        buffers = LaneBuffers(
             section=rows(periods_noted > 0, periods_noted, len(scene.components)),
             counts=rows(counted and walls, 3, dtype=np.int64),
             cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
@@ -105,30 +94,23 @@ class Outputs:
             peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
-            evidence=rows(judged, ev.LENGTH_OF_ROW),
             ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             **(responses.moving(scene) if "response" in want else {}),
             touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),
-            status=np.zeros(shape, np.int64),
         )
-
-    @property
-    def buffers(self) -> LaneBuffers:
-        return LaneBuffers(**{name: getattr(self, name) for name in LaneBuffers._fields})
+        return cls(buffers, rows(judged, ev.LENGTH_OF_ROW), np.zeros(shape, np.int64))
 
     @property
     def by_wall(self) -> np.ndarray:
         """The impacts (sweeps, cells, 2) at either wall after the transient; 0 without walls."""
-        if self.counts is None:
-            return np.zeros((*self.status.shape, 2), np.int64)
-        return self.counts[..., :2]
+        counts = self.buffers.counts
+        return np.zeros((*self.status.shape, 2), np.int64) if counts is None else counts[..., :2]
 
     def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
         assert self.evidence is not None
-        assert self.section is not None
-        size = self.section.shape[-1]
+        size = self.buffers.section.shape[-1]
         return verdict_arrays(self.status, self.evidence, self.by_wall, cells, size)
 
 
@@ -172,11 +154,7 @@ class Kernels:
     """The kernels for orbits of one scene and one method."""
 
     def __init__(self, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True) -> None:
-        """Prepare the constants of the kernels.
-
-        Arguments: the records `wanted`; `tell` receives messages about compiling; `helped` lets
-        another process compile the verdict.
-        """
+        """Prepare the constants; `helped` lets another process compile the verdict."""
         self._wanted = wanted
         self._needed = Needed(wanted.scene.key, wanted.method, tuple(wanted.want))
         self._compilation = Compilation(self._needed, tell, helped)
@@ -202,15 +180,13 @@ class Kernels:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return states (sweeps, cells, periods stops, components) and status, without a verdict.
 
-        Arguments as of `run`; `span` has `stops` equidistant states per period.  The section must
-        be the only record.
+        `span` has `stops` equidistant states per period.  The section must be the only record.
         """
         self.prepare()
         points = span.periods * span.stops
         outputs = Outputs.of(self._wanted, (len(sweeps), sweeps.shape[1]), 0, points)
-        assert outputs.section is not None
         status = run(self._parts, sweeps, starts, span, outputs.buffers)
-        return outputs.section, status
+        return outputs.buffers.section, status
 
     def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the section (sweeps, cells, periods, components) without a verdict."""
@@ -230,7 +206,8 @@ class Kernels:
                 self.compile(kernel)
 
     def _judge(self, outputs: Outputs, sweeps: np.ndarray, transient: int, periods: int) -> None:
-        finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
+        ends, section = outputs.buffers.ends, outputs.buffers.section
+        finished = Finished(ends, section, max(transient - NOTED, 0))
         cells, stages = records_of(sweeps), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
         # four at most: an orbit without a period is followed longer than a hundred others
@@ -249,12 +226,9 @@ class Kernels:
 
 
 def compile_verdict(scene: str, method: str, want: str) -> None:
-    """Compile the verdict of orbits, which stays on the disk, and end the process.
+    """Compile the verdict of orbits, which stays on the disk, and end the process."""
 
-    It also ends when its standard input does, as when the parent is killed.
-    """
-
-    def end_with_input() -> None:
+    def end_with_input() -> None:  # as when the parent is killed
         os.read(0, 1)  # unbuffered: the interpreter needs the lock of a buffer when it ends
         os._exit(1)
 
@@ -270,8 +244,8 @@ def compile_verdict(scene: str, method: str, want: str) -> None:
 def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the Floquet multipliers and the logarithms of their moduli, the largest first.
 
-    Arguments: rows of evidence (..., LENGTH_OF_ROW); the `size` of a state.  Shapes
-    (..., size, 2), real and imaginary parts, and (..., size); NaN for orbits without a period.
+    Shapes (..., size, 2), real and imaginary parts, and (..., size), from rows of evidence; NaN for
+    orbits without a period.
     """
     matrices = rows[..., ev.MONODROMY : ev.MONODROMY + 16].reshape(-1, 4, 4)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
@@ -292,17 +266,16 @@ def verdict_arrays(
 ) -> dict[str, np.ndarray]:
     """Return the datasets of verdicts by name.
 
-    Arguments: `status`; `rows` of evidence (..., LENGTH_OF_ROW); impact `counts` (..., 2) of the
-    sampled window; the `cells` (...) of dtype `CELL`; the `size` of a state.
-
-    The exponents [1/s] of an nT orbit are ln |mu| / nT; those of other orbits, and of orbits too
-    long for a monodromy matrix, are in the evidence.
+    Arguments: `status` (...); `rows` of evidence (..., LENGTH_OF_ROW); impact `counts` (..., 2) of
+    the sampled window; the `cells` (...); the `size` of a state.
     """
     rows = _without_failed(status, rows)
     multipliers, logarithms = multipliers_of(rows, size)
     arrays: dict[str, Any] = {one.name: one.from_buffer(rows) for one in stored_in("evidence")}
     arrays["settling"] = np.nan_to_num(arrays["settling"], nan=-1.0).astype(np.int32)
     arrays["multipliers"] = multipliers
+    # exponents [1/s] of an nT orbit are ln |mu| / nT; those of other orbits, and of orbits too long
+    # for a monodromy matrix, are in the evidence
     measured = rows[..., ev.EXPONENTS : ev.EXPONENTS + size]
     with np.errstate(all="ignore"):  # failed orbits may have no period
         nT = rows[..., ev.CYCLE_PERIOD] * (2 * np.pi / cells["omega"])
@@ -339,6 +312,77 @@ def _regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dic
     }
 
 
+# ---- spectra ----
+
+
+def spectra_of(
+    records: SpectralRecords, states: np.ndarray, sound: np.ndarray, transient: int
+) -> dict[str, np.ndarray]:
+    """Return the datasets by name, (sweeps, cells, ...) each.
+
+    Arguments: `states` (sweeps, cells, periods samples, components), the last of each period at
+    its end; `sound` (sweeps, cells), False for orbits that failed, which have NaN,
+    `line_period` 0 and `spectral_label` ""; the `transient` before.
+    """
+    shape, arrays = sound.shape, dict[str, np.ndarray]()
+    of_each = (*shape, len(records.signals))
+    if "spectrum" in records.want:
+        arrays["spectrum"] = np.full((*of_each, records.bins), np.nan)
+    if "lines" in records.want:
+        arrays["line_period"] = np.zeros(shape, np.int32)
+        for name in ("line_amplitude", "line_phase"):
+            arrays[name] = np.full((*of_each, LINES), np.nan)
+    if "broadband" in records.want:
+        arrays["broadband"] = np.full(of_each, np.nan)
+        arrays["spectral_label"] = np.full(shape, "", "<U16")
+    for lane in zip(*np.nonzero(sound), strict=True):
+        of_orbit = states[lane]
+        section = np.ascontiguousarray(of_orbit[records.samples - 1 :: records.samples])
+        n = int(period_of(section, RECURS))
+        if "lines" in records.want:
+            arrays["line_period"][lane] = n
+        for i, name in enumerate(records.signals):
+            here = (*lane, i)
+            if name == "u":
+                values = of_orbit[:, 2] - of_orbit[:, 0]
+            else:
+                column = records.scene.components.index(name)
+                values = np.ascontiguousarray(of_orbit[:, column])
+            if "spectrum" in records.want:
+                whole = spectrum_of(values, records.samples, 1.0, window=records.window)
+                arrays["spectrum"][here] = whole.amplitude[: records.bins]
+            if "broadband" in records.want:
+                tapered = spectrum_of(values, records.samples, 1.0, window="hann")
+                arrays["broadband"][here] = tapered.background_share(records.bins)
+            if "lines" in records.want and n:
+                amplitude, phase = records.lines_of(values, n, transient)
+                arrays["line_amplitude"][here], arrays["line_phase"][here] = amplitude, phase
+        if "broadband" in records.want:
+            share = arrays["broadband"][lane].max()
+            arrays["spectral_label"][lane] = spectral_label(n, share, len(section))
+    return arrays
+
+
+def agreement(
+    regime: np.ndarray, period: np.ndarray, spectral_labels: np.ndarray, periods: int
+) -> np.ndarray:
+    """Return whether verdicts and spectra agree: codes of `labels.KEPT`, -1 if undecided.
+
+    An nT orbit agrees with nT, a quasiperiodic one with lines, chaos with a broadband spectrum.
+    It is undecided if n exceeds a third of `periods`: `period_of` finds no such recurrence.
+    """
+    words = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
+    agreed = np.full(regime.shape, -1, np.int8)
+    for place in np.ndindex(regime.shape):
+        n, says = int(period[place]), str(spectral_labels[place])
+        expected = spectral_label(n, 0.0, periods) if n else words.get(int(regime[place]), "")
+        if REPEATS * n > periods:
+            continue
+        if expected and says not in ("", UNCLEAR):
+            agreed[place] = KEPT["yes" if says == expected else "no"]
+    return agreed
+
+
 # ---- designs of a tuning ----
 
 METHOD = "exact"  # the method of tunings: rk4 is a cross-check, and too slow for them
@@ -360,7 +404,7 @@ class Outcome(NamedTuple):
 
 
 class Batch:
-    """Runs batches of cells of one scene, with constants that are prepared once."""
+    """Runs the designs of a tuning for an objective of `responses.objectives_of`."""
 
     def __init__(
         self,
@@ -369,45 +413,28 @@ class Batch:
         tolerance: float = TOLERANCE,
         objective: str = "E1max",
     ) -> None:
-        """Prepare for cells of `scene`.
-
-        Arguments: `tell` receives messages about compiling; the `tolerance` of method exact; the
-        `objective`, of `responses.objectives_of`.
-        """
         self._scene, self._objective = scene, objective
-        self._responds = objective not in responses.ENERGIES
-        self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
-        want = ("energy", "response") if self._responds else ("energy",)
-        self._compilation = Compilation(Needed(scene.key, METHOD, want), tell, helped=False)
+        response = () if objective in responses.ENERGIES else ("response",)
+        settings = Settings.of(METHOD, tolerance)
+        wanted = Wanted(scene, ("energy", COUNTED, *response), METHOD, "quick", settings)
+        self._kernels = Kernels(wanted, tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
-        """Run one orbit for each cell.
-
-        Arguments: `cells` of dtype `CELL` and any shape; `starts` (x1, v1, r, s) of that shape
-        + (4,), zeros for rest; the forcing periods discarded and sampled.
-        """
-        sweeps = np.ascontiguousarray(cells.reshape(-1, 1))
-        energy = np.zeros((*sweeps.shape, 2))
-        violation = None if self._scene.limit is None else np.zeros((*sweeps.shape, 3))
-        response = np.zeros((*sweeps.shape, RESPONSE_COLUMNS)) if self._responds else None
-        counts = np.zeros((*sweeps.shape, 3), np.int64) if self._scene.walls else None
-        buffers = LaneBuffers(counts=counts, energy=energy, violation=violation)
-        if self._responds:
-            buffers = buffers._replace(response=response, **responses.moving(self._scene))
-        span = Span(transient, periods, 1)
-        begun = starts.reshape(-1, 4)
-        with self._compilation.followed(LANES):
-            run(self._parts, sweeps[:0], begun[:0], span, buffers)  # compiles
-        status = run(self._parts, sweeps, begun, span, buffers)
-        broken = np.zeros(sweeps.shape) if violation is None else violation[..., 2]
-        shape, objective = cells.shape, energy[..., int(self._objective == "E2max")]
+        """Run one orbit for each of the cells (...) from `starts` (..., 4), zeros for rest."""
+        shape, sweeps = cells.shape, np.ascontiguousarray(cells.reshape(-1, 1))
+        outputs = self._kernels.run(sweeps, starts.reshape(-1, 4), transient, periods)
+        energy, response, violation = (
+            getattr(outputs.buffers, name) for name in ("energy", "response", "violation")
+        )
+        objective = energy[..., int(self._objective == "E2max")]
         if response is not None:
             values = responses.arrays_of(response, self._scene, sweeps)[self._objective]
             objective = values if values.ndim == 2 else values.max(axis=-1)
-        impacts = None if counts is None else counts[..., :2].sum(axis=-1).reshape(shape) / periods
+        broken = np.zeros(shape) if violation is None else violation[..., 2].reshape(shape)
+        rate = outputs.by_wall.sum(axis=-1).reshape(shape) / periods
         return Outcome(
-            objective.reshape(shape), energy[..., 1].reshape(shape), status.reshape(shape),
-            broken.reshape(shape), impacts,
+            objective.reshape(shape), energy[..., 1].reshape(shape),
+            outputs.status.reshape(shape), broken, rate if self._scene.walls else None,
         )  # fmt: skip
 
 
@@ -425,10 +452,8 @@ def at_section(
     """Integrate orbits from a phase of the force; return the states (n, 4) at the next section.
 
     Arguments: the method and its settings; the `cells` (n,), the `starts` (n, 4), x1, v1, r, s, and
-    their `phases` (n,) [rad], 0 to 2 pi; at 0 and at 2 pi, a start is returned as it is.
-
-    An orbit that fails on the way has a state of NaN and is later reported as diverged.  Starts
-    whose parameters cannot be computed are returned as they are.
+    their `phases` (n,) [rad], 0 to 2 pi.  Starts at 0, at 2 pi, or of parameters that cannot be
+    computed are returned as they are; an orbit that fails has a state of NaN, that is, diverged.
     """
     states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
     begun = np.array(phases, float) / TURN

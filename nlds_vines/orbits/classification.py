@@ -19,7 +19,7 @@ from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.kernel_inputs import parts_of, unit_norms
+from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, Settings, chosen_settings
@@ -32,10 +32,8 @@ _NUMBERS = (
     *("transient_lyapunov", "transient_lyapunov_width"),
 )  # of a `Regime`, by the names of datasets
 
-
+# default number of periods of a Lyapunov spectrum, and those before in which variations align
 PERIODS, ALIGNING = 3200, 100
-"""Default number of periods of a Lyapunov spectrum, and the periods before in which the variations
-align."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -255,10 +253,8 @@ def classify(
     code = int(outputs.status[0, 0])
     if code != OK:
         raise IntegrationError.of(system, code)
-    assert outputs.energy is not None
-    assert outputs.section is not None
     evidence = {name: values[0, 0] for name, values in outputs.verdicts(cells).items()}
-    E1max, E2max = outputs.energy[0, 0].tolist()
+    E1max, E2max = outputs.buffers.energy[0, 0].tolist()
     periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
     near, far = evidence["impacts_by_wall"].tolist()
     return Regime(
@@ -273,7 +269,7 @@ def classify(
         E1max=E1max,
         E2max=E2max,
         point=evidence["orbit_point"] if periodic else None,
-        state=evidence["orbit_point"] if periodic else outputs.section[0, 0, -1].copy(),
+        state=evidence["orbit_point"] if periodic else outputs.buffers.section[0, 0, -1].copy(),
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),
         settling=int(evidence["settling"]),
@@ -285,10 +281,8 @@ def classify(
 # ---- the Lyapunov spectrum ----
 #
 # The variations of an orbit are propagated from section to section by the derivative of the
-# stroboscopic map, exact in flight and through contacts, and orthonormalized after each period. The
-# verdicts of scans measure the largest exponent with its interval in `kernels.cells.verdict`.
-#
-# Source: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980) 9 and 21.
+# stroboscopic map, and orthonormalized after each period.  (The verdicts of scans measure the
+# largest exponent with its interval in `kernels.cells.verdict`.)
 
 
 @dataclass(frozen=True, repr=False)
@@ -348,11 +342,7 @@ def lyapunov_spectrum(
     periods: int = PERIODS,
     quiet: bool = False,
 ) -> LyapunovSpectrum:
-    """Return the Lyapunov spectrum of the orbit from `start` (x1, v1, x2, v2) over `periods`.
-
-    The orbit is followed for `ALIGNING` periods before.  Raises `RequestError` for a wrong
-    argument, `IntegrationError` if the integration fails.
-    """
+    """Return the Lyapunov spectrum of the orbit from `start` over `periods`, after `ALIGNING`."""
     whole("periods", periods, BATCHES)
     y = start_state(system, system.cell.rest, start)[:4]
     needed = Needed(system.scene.key, "exact", ())
@@ -373,19 +363,14 @@ def _growth(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the logarithms of the growth of orthonormal variations and of volumes in each period.
 
-    Shapes (periods, size) and (periods,).  Each component is scaled by the energy norm of its unit
-    state.
+    Shapes (periods, size) and (periods,).  Components are in energy norms of their unit states.
     """
     parts, size = parts_of("exact", system.scene, Settings()), len(system.scene.components)
     cell = np.atleast_1d(system.cells()).view(np.recarray)
-    traced = cycles.Traced(
-        np.empty((1, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((0, 4)),
-        np.empty((size, 2)), np.empty(cycles.NUMBERS_OF_CYCLE),
-    )  # fmt: skip
-    logs, volume = np.empty((periods, size)), np.empty(periods)
+    logs, volume, traced = np.empty((periods, size)), np.empty(periods), room_for(1, size, 0)
     norms = unit_norms(cell[0], size)
+    norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
     with compilation.followed({cycles.trace: "branches"}):
-        norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
         vectors = np.eye(size)  # one row each
         for p in range(periods):
             status = cycles.trace(parts, cell, cell[:0], 0.0, y, traced)
@@ -401,12 +386,11 @@ def _growth(
 def _orthonormalized(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return orthonormal rows by the Gram-Schmidt process, and the logarithms of their lengths.
 
-    Every projection is done twice, which suffices for orthogonality to round-off.  A
-    vector of length 0 stays 0.
+    A vector of length 0 stays 0.
     """
     result, lengths = np.zeros_like(vectors), np.zeros(len(vectors))
     for i, vector in enumerate(vectors):
-        for _ in range(2):
+        for _ in range(2):  # twice suffices for orthogonality to round-off
             for other in result[:i]:
                 vector = vector - (vector * other).sum() * other
         lengths[i] = math.sqrt(float((vector * vector).sum()))

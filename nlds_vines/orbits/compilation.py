@@ -22,10 +22,9 @@ from nlds_vines.runs import interrupts, progress
 from nlds_vines.runs.executors import free_memory, processors, threads_in_use
 from nlds_vines.runs.progress import Clock, Tell
 
+# time [s] to compile each kernel of an SSul NES, and one of the functions of a kernel, for messages
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
-"""Time [s] to compile each kernel of an SSul NES, for messages."""
-
-EACH = 0.045  # time [s] to compile one of the functions of a kernel, for messages
+EACH = 0.045
 LONGEST = 600.0  # longest time [s] to wait for the other process
 MEMORY = 700_000_000  # bytes of a process that compiles the kernels of a scan
 
@@ -72,10 +71,7 @@ def notice(quiet: bool = False) -> Tell | None:
 
 
 class Compilation:
-    """Reports what is compiled for orbits of one scene, one record and one method.
-
-    `tell` receives messages; `helped` lets another process compile the verdict.
-    """
+    """Reports what is compiled; `helped` lets another process compile the verdict."""
 
     waited = 0.0  # seconds that this process has compiled, or waited for the other one, in all
 
@@ -90,11 +86,8 @@ class Compilation:
     def followed(self, kernels: Mapping[Callable[..., Any], str]) -> Iterator[None]:
         """Report what is compiled within the block, until all `kernels` are or the block ends.
 
-        `kernels` are compiled functions with the names that `kernels_of` gives them.  The other
-        process ends with the report.
-
-        Raises `RequestError` if memory does not suffice, and `Stopped` before the next function if
-        a signal has asked to stop.
+        `kernels` are compiled functions with the names that `kernels_of` gives them.  Raises
+        `RequestError` if memory does not suffice, `Stopped` if a signal has asked to stop.
         """
         from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
@@ -170,16 +163,13 @@ class Compilation:
 
 
 def begin(needed: Needed) -> Process | None:
-    """Start the process that compiles the verdict; None if that fails.
-
-    It ends when its standard input does, also if this process is killed.
-    """
+    """Start the process that compiles the verdict; None if that fails."""
     call = "import sys; from nlds_vines.orbits import batch; batch.compile_verdict(*sys.argv[1:])"
     wanted = needed.scene, needed.method, ",".join(needed.want)
     try:
         return subprocess.Popen(
             [sys.executable, "-P", "-W", "ignore", "-c", call, *wanted],
-            stdin=subprocess.PIPE,
+            stdin=subprocess.PIPE,  # with which it ends, also if this process is killed
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,  # Ctrl-C is for this process, which ends the other
@@ -190,14 +180,10 @@ def begin(needed: Needed) -> Process | None:
 
 
 def may_help() -> bool:
-    """Return True if another process may compile beside this one.
-
-    It must not on one processor or with one thread, in a worker of a pool, whose siblings compile
-    too, or if memory is short.
-    """
+    """Return True if another process may compile beside this one."""
     free = free_memory()
     return (
         min(processors(), threads_in_use()) > 1
-        and multiprocessing.parent_process() is None
+        and multiprocessing.parent_process() is None  # the siblings of a worker compile, too
         and (free is None or free > 2 * MEMORY)
     )

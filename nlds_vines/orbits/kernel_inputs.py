@@ -9,29 +9,26 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels import laws
+from nlds_vines.kernels.cells.cycles import NUMBERS_OF_CYCLE, Traced
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.numerics.deciding import says
 from nlds_vines.kernels.scene.scene import Ground, Parts
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.solver_settings import Settings
 
+# types whose numbers kernels do not read: a ground with walls that limit the structure, and walls
+# by the name of the law and by whether a damping constant adds to it (`is_damped`)
 GROUND = Ground(*[0.0] * len(Ground._fields))
-"""The type of a ground with walls that limit the structure; kernels do not read its numbers."""
-
 _FILES = [import_module(f"{laws.__name__}.{file.name}") for file in iter_modules(laws.__path__)]
-
 WALLS: dict[tuple[str, bool], Any] = {
     law: wall for file in _FILES for law, wall in getattr(file, "SORTS", {}).items()
 }
-"""The types of walls, by the name of the law and by whether a damping constant adds to it
-(`is_damped`); kernels do not read their numbers."""
 
 
 def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Parts:
-    """Return the `Parts` of a scene for a method.
+    """Return the `Parts` of a scene for a method, by default with the settings of scans.
 
-    An absent part is None and absent from the machine code.  The default `settings` are those of
-    scans.
+    An absent part is None and absent from the machine code.
     """
     settings = Settings.of(method) if settings is None else settings
     near, far = (
@@ -51,6 +48,14 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),
     )
+
+
+def room_for(n: int, size: int, count: int) -> Traced:
+    """Return the buffers for one orbit of n periods and `count` free parameters."""
+    return Traced(
+        np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
+        np.empty((size, 2)), np.empty(NUMBERS_OF_CYCLE),
+    )  # fmt: skip
 
 
 def unit_norms(cell: Any, size: int) -> np.ndarray:

@@ -57,11 +57,7 @@ class LoadBatch:
         tolerance: float | str | None = None,
         tell: Tell | None = None,
     ) -> None:
-        """Prepare the constants, and compile the kernels unless the cache has them.
-
-        Arguments: whether the loads shake the ground; the `tolerance` of contacts, as of
-        `simulate`; `tell` receives messages about compiling.
-        """
+        """Prepare the constants, and compile the kernels unless the cache has them."""
         self._scene, self._shaken = scene, True if shaken else None
         self._parts = parts_of("exact", scene, chosen_settings("exact", {"tolerance": tolerance}))
         needed = Needed(scene.key, "exact", ("response history",))
@@ -86,17 +82,11 @@ class LoadBatch:
         asked: Asked,
         histories: bool = False,
     ) -> LoadResults:
-        """Integrate one orbit for each cell, from the first edge of its load to the last.
+        """Integrate one orbit for each of the `cells` (orbits,), from the first edge of its load.
 
-        Arguments:
-            cells: (orbits,) of the scene, as `System.cells` returns them.
-            loads: one for each, in cells no longer than `longest`.
-                Loads with the same `rows` are passed to the kernels once.
-            starts: (orbits, 4) states x1, v1, r, s before the first jump; zeros at rest.
-            asked: the levels of the response quantities.
-            histories: whether the results include states and energies at all edges.
-
-        Returns the results by orbit (`load_numbers.LoadResults`).
+        Arguments: `loads` in cells no longer than `longest`; `starts` (orbits, 4), x1, v1, r, s
+        before the first jump; the levels of the response quantities that are `asked`; `histories`,
+        whether the results include states and energies at all edges.
         """
         count, walls = len(cells), bool(self._scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0

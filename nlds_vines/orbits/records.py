@@ -1,8 +1,4 @@
-"""What is recorded of orbits: the words of requests, rows of impacts, modulation, statuses.
-
-A request asks for the words of `WANTS`; a scene without walls has no impacts, for example. Spectra
-and responses are described in `spectrum` and `responses`.
-"""
+"""What is recorded of orbits: the words of requests, rows of impacts, modulation, statuses."""
 
 from __future__ import annotations
 
@@ -26,18 +22,14 @@ from nlds_vines.model.scenes import LONGEST_NAME, Scene
 
 WANTS = RECORDS  # the words that `[record] want` accepts
 
+# the default of `want`; `classify` and start orbits record the same and share its compiled kernels
 USUAL = ("section", "impacts", "energy", "regime")
-"""The default of `want`; `classify` and start orbits record the same and share its compiled
-kernels."""
 
-JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", "attractor"})
-"""The words of `WANTS` that need a verdict."""
+ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 
-ATTRACTOR = "attractor"
-"""The word of `WANTS` for which orbits stop when their attractor is recognized."""
-
+# the words that need a verdict; those that need states at equal steps, from a run of their own
+JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", ATTRACTOR})
 SPECTRAL = ("spectrum", "lines", "broadband")
-"""The words of `WANTS` that need states at equal steps, from a run of their own."""
 
 NOTED = 4096  # number of last transient periods in which a verdict searches for the settling time
 
@@ -46,10 +38,6 @@ _TOUCHED = {word for entry in stored_in("touches") for word in entry.record}
 
 
 def checked_want(want: object) -> tuple[str, ...]:
-    """Return a list of records in the order of `WANTS`.
-
-    Raises `RequestError` unless it is a list of one or more different words of `WANTS`.
-    """
     names = checked_words("want", want, WANTS)
     return tuple(word for word in WANTS if word in names)
 
@@ -94,20 +82,10 @@ def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:
 
 # ---- impacts of one orbit ----
 
-IMPACT = np.dtype(
-    [
-        ("wall", f"U{LONGEST_NAME}"),
-        ("touch", float),
-        ("release", float),
-        ("speed", float),
-        ("force", float),
-        ("depth", float),
-        ("gain1", float),
-        ("gain2", float),
-    ]
-)
-"""A row of `Orbit.impacts`: the body that is struck; times of touch and release [s]; approach speed
-[m/s]; peak force [N]; depth [m]; changes of E1 and E2 from touch to release [J]."""
+# A row of `Orbit.impacts`: the body that is struck; times of touch and release [s]; approach speed
+# [m/s]; peak force [N]; depth [m]; changes of E1 and E2 from touch to release [J].
+IMPACT_NUMBERS = ("touch", "release", "speed", "force", "depth", "gain1", "gain2")
+IMPACT = np.dtype([("wall", f"U{LONGEST_NAME}"), *((name, float) for name in IMPACT_NUMBERS)])
 
 
 class Violation(NamedTuple):
@@ -120,16 +98,15 @@ class Violation(NamedTuple):
 
 # ---- modulation: the amplitude of the response, and 1:1 capture ----
 
+# Least and largest number of impacts per period of sustained 1:1 resonance, for a free mass between
+# two walls.  Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi
+# 10.1007/s11071-025-10928-4.
 CAPTURED, MOST_CAPTURED = 1.99, 2.01
-"""Least and largest number of impacts per period of sustained 1:1 resonance.
 
-Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi 10.1007/s11071-025-10928-4,
-for a free mass between two walls."""
-
+# the kinds of response by impacts per period, as codes
 CAPTURE_FLAGS: Mapping[str, int] = {
     "no_impacts": 0, "strongly_modulated": 1, "sustained_1_to_1": 2, "more_impacts": 3,
 }  # fmt: skip
-"""The kinds of response by impacts per period, as codes."""
 
 
 def modulation_of(
@@ -138,10 +115,9 @@ def modulation_of(
     """Return the datasets of the record `modulation` by name, arrays (...).
 
     The amplitude is sqrt(x^2 + (v / omega)^2), the modulus of Manevitch's variable over omega; it
-    is constant for a harmonic motion at the frequency of the force.
-
-    Arguments: the `section` (..., periods, components) of the sampled periods; `omega` (...)
-    [rad/s]; `counts` (..., 3), impacts at either wall and the periods with two of them.
+    is constant for a harmonic motion at the frequency of the force.  Arguments: the `section`
+    (..., periods, components) of the sampled periods; `omega` (...) [rad/s]; `counts` (..., 3),
+    impacts at either wall and the periods with two of them.
     """
     x, v = section[..., 0], section[..., 1] / omega[..., np.newaxis]
     amplitude, periods = np.sqrt(x * x + v * v), section.shape[-2]
@@ -159,10 +135,10 @@ def modulation_of(
 
 
 class Status(NamedTuple):
-    """How the computation of an orbit ended: a CF word, and a remedy as a sentence."""
+    """How the computation of an orbit ended."""
 
-    name: str
-    remedy: str
+    name: str  # a CF word
+    remedy: str  # a sentence
 
     @property
     def meaning(self) -> str:
@@ -181,10 +157,7 @@ STATUS: Mapping[int, Status] = {
         "too_stiff", "Raise omega, masses or the steps of rk4, or lower stiffness or damping."
     ),
 }
-"""The statuses by code. A new code needs no other entry."""
-
 STATUS_FLAGS = {status.meaning: code for code, status in STATUS.items()}
-"""The CF flags of the dataset `status`."""
 
 
 def failures_in(status: np.ndarray) -> Counter[int]:
@@ -192,10 +165,7 @@ def failures_in(status: np.ndarray) -> Counter[int]:
 
 
 def failures_in_words(failures: Counter[int], orbits: int) -> str:
-    """Return a sentence that counts the `failures`, with reasons and remedies; "" for none.
-
-    Arguments: `failures`, as `failures_in` counts them; the number of all `orbits`.
-    """
+    """Return a sentence that counts the failures among all orbits, with remedies; "" for none."""
     if not failures:
         return ""
     reasons = (

@@ -1,8 +1,7 @@
 """The quantities of a response: names, units, and their values from the buffers of kernels.
 
-All refer to the sampled periods.  Largest values are exact in time, not sampled; rms values and
-mean powers are integrals over time.  With a moving foot (`base_displacement`, `base_acceleration`)
-x1 is absolute, and x1 - y, the displacement from the foot, is a quantity too.
+Largest values are exact in time, not sampled; rms values and mean powers are integrals over time.
+With a moving foot x1 is absolute, and x1 - y, the displacement from the foot, is a quantity too.
 """
 
 from __future__ import annotations
@@ -18,27 +17,20 @@ from nlds_vines.model.quantities import Quantity, stored_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 
+# distance from a rigid stop, relative to the stop's, within which a displacement is at it
 AT_STOP = 1.0e-12
-"""Distance from a rigid stop, relative to the stop's, within which a displacement is at it."""
 
-ENERGIES = tuple(entry.name for entry in stored_in("energy"))
-"""The largest energies, which are objectives too."""
+ENERGIES = tuple(entry.name for entry in stored_in("energy"))  # the largest, objectives too
 
 
 def objectives_of(scene: Scene) -> dict[str, str]:
-    """Return the objectives of a tuning by name, with their units.
-
-    They are the largest energies and the quantities of a response; of two walls the larger force or
-    impulse counts.
-    """
+    """Return the objectives of a tuning by name, with their units."""
     every = (*stored_in("energy"), *quantities_of(scene))
     return {entry.name: entry.unit for entry in every if entry.has(scene)}
 
 
 def moving(scene: Scene) -> dict[str, bool | None]:
-    """Return `foot`, True if the structure's foot moves, and `ground`, True if the ground does and
-    positions are relative to it; otherwise None, as kernels take it.
-    """
+    """Return whether the foot moves, or the ground that positions are relative to, or None."""
     return {"foot": True if scene.foot else None, "ground": True if scene.relative else None}
 
 
@@ -47,9 +39,7 @@ def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
 
 
 def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the datasets of a response by name, including reductions.
-
-    Arguments: `filled` (..., columns) by kernels; the `cells` (...) of the orbits.
+    """Return the datasets of a response by name, from rows `filled` (..., columns) by kernels.
 
     A reduction is 1 - q / (q of the structure alone), NaN if the latter is 0.
     """
@@ -98,8 +88,7 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     """Return the contact force on the damper [N] at each wall, by the name of the struck body.
 
     It is that of the law if the approach z > 0, F = K z^1.5 for Hertz (equations (2) and (3)),
-    otherwise 0.  It is positive toward +x2, as at the wall of an SSul, and negative at a far wall;
-    the opposite force acts on the structure.  Empty for a scene without contact forces.
+    otherwise 0; positive toward +x2, as at the wall of an SSul.  The structure feels the opposite.
     """
     scene, p = system.scene, system.parameters
     if not scene.forces:

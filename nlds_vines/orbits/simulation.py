@@ -1,4 +1,4 @@
-"""One orbit in Python: `simulate`."""
+"""One orbit in Python: `simulate`, and its spectrum."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.records import IMPACT, STATUS, Violation, refuse_impossible
+from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
+from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, checked_signal, spectrum_of
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.runs.interrupts import stoppable
 
@@ -34,14 +35,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
-"""The records of `simulate`."""
 
 SAMPLES = 512  # states of a trajectory in each forcing period, by default
 
+# Up to so many periods (some milliseconds), kernels run in the calling thread.  Longer work runs in
+# a second one, so that signals can end it; that costs more CPU time than a period.
 SHORT = 1000
-"""Up to so many periods (some milliseconds), compiled kernels run in the calling thread. Longer
-work runs in a second thread, so that signals can end it; that thread costs more CPU time than a
-period."""
 
 _RUN_CELL = getattr(run_cell, "entry", run_cell)  # the compiled entry of `run_cell`
 _loaded: set[Needed] = set()  # the kernels that have run in this process
@@ -302,17 +301,13 @@ def simulate(
 
 
 class Beginning(NamedTuple):
-    """A state from which kernels follow an orbit, with the system and the method.
-
-    Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
-    phase zero (x1, v1, r, s, q, mode ...), shape (STATE_SIZE,).
-    """
+    """A state from which kernels follow an orbit, with the system and the method."""
 
     system: System
     method: str
     settings: Settings
-    cell: Any
-    state: np.ndarray
+    cell: Any  # the record of the system
+    state: np.ndarray  # (STATE_SIZE,) x1, v1, r, s, q, mode ... at phase zero
 
     def follow(
         self,
@@ -401,6 +396,65 @@ def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> i
         return run_cell(*arguments)
 
 
+def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
+    """Return the spectrum of a signal along an orbit.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
+        of n periods, each line lies on a bin and none leaks.
+    signal : str
+        A component of the state, x1, v1, x2, v2 [m, m/s]; u = x2 - x1 [m]; the contact `force` on
+        the damper [N]; an energy, E1 or E2 [J].
+    window : str
+        "rectangular" or "hann".
+
+    Returns
+    -------
+    Spectrum
+        Amplitude and power over the order, the frequency over that of the force.
+
+    Raises
+    ------
+    RequestError
+        If the orbit has no trajectory, or the scene lacks the signal.
+
+    Notes
+    -----
+    512 samples per period, the default of `simulate`, suffice for states: aliasing onto their lines
+    is below 1e-9 m.  A contact lasts 16 to 24 ms, a fiftieth of a period, and the spectrum of its
+    force is wide: with 512 samples the error is 2e-3 of its largest line, with 1024 4e-4, with 4096
+    1e-5 (SSul Set 6, 7.375 rad/s).
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> system = nv.load_system("ssul-set6", omega=5.5)
+    >>> record = ["trajectory", "impacts"]
+    >>> orbit = nv.simulate(system, 8, transient=200, record=record, quiet=True)
+    >>> lines = nv.spectrum(orbit, "x1")
+    >>> float(lines.order[1 + lines.amplitude[1:].argmax()])
+    1.0
+    """
+    if not hasattr(orbit, "trajectory"):
+        raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
+    checked_signal(signal, orbit.system.scene)
+    if orbit.trajectory is None or orbit.time is None:
+        raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")
+    if len(orbit.time) < 2:
+        raise RequestError("a trajectory of one state has no spectrum: record more periods")
+    step = (orbit.time[-1] - orbit.time[0]) / (len(orbit.time) - 1)
+    return spectrum_of(
+        SIGNALS[signal].of(orbit.system, orbit.trajectory),
+        round(orbit.system.period / step),
+        orbit.system.parameters["omega"],
+        window=window,
+        quantity=signal,
+        unit=SIGNALS[signal].unit,
+    )
+
+
 def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
     if record is None:
         return ("section", "impacts") if system.scene.walls else ("section",)
@@ -456,8 +510,8 @@ def start_state(
     return state
 
 
-_ROW = np.dtype([("wall", IMPACT["wall"]), ("numbers", float, len(IMPACT.names or ()) - 1)])
-"""`IMPACT` with its numbers as one array."""
+# `IMPACT` with its numbers as one array
+_ROW = np.dtype([("wall", IMPACT["wall"]), ("numbers", float, len(IMPACT_NUMBERS))])
 
 
 def impacts_of(impacts: Impacts, scene: Scene) -> np.ndarray:

@@ -12,15 +12,13 @@ from nlds_vines.model.setting import Checked, OneOf, setting
 
 METHODS = ("exact", "rk4")  # the integrators
 
+# Forcing periods of each stage that a verdict may add to those of a scan, by effort.  A periodic
+# orbit ends the search; chaos and tori go through all stages, which may show that they end.
 EFFORTS: Mapping[str, tuple[int, ...]] = {
     "quick": (),
     "standard": (600, 2400),
     "thorough": (600, 2400, 9600, 38400),
 }
-"""Forcing periods of each stage that a verdict may add to those of a scan, by effort.
-
-A periodic orbit ends the search.  Chaos and tori go through all stages, which may show that they
-end."""
 
 
 def most_watched(transient: int, periods: int, effort: str) -> int:
@@ -118,13 +116,13 @@ def checked_steps(name: str, steps: float) -> float:
     return value
 
 
+# the checks of the fields of `Settings` by name
 FINENESS: Mapping[str, Callable[[Any], Any]] = {
     "tolerance": checked_tolerance,
     "nodes": lambda value: whole("nodes", value, 2, MOST_NODES),
     "contact_steps": lambda value: checked_steps("contact_steps", value),
     "period_steps": lambda value: checked_steps("period_steps", value),
 }
-"""The checks of the fields of `Settings` by name."""
 
 _OF_RK4 = ("period_steps",)
 

@@ -1,8 +1,7 @@
 """Signals of an orbit, their Fourier spectra, and the spectral records of scans.
 
 States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
-a signal has one value per row.  `spectral_values` computes the spectra of an orbit and of scans; it
-loads Numba, which this module does not.
+a signal has one value per row.
 """
 
 from __future__ import annotations
@@ -343,9 +342,18 @@ LINES = 24
 
 USUAL = ("x1", "u", "x")  # the default signals, of which a scene has some
 
+# the spectral label if the broadband share, or too few sampled periods, does not decide
+UNCLEAR = "unclear"
 
-def recordable(scene: Scene) -> tuple[str, ...]:
-    return (*scene.components, *(["u"] if scene.damper else []))
+# A smaller broadband share means lines alone; a share above the second, a continuous spectrum.
+# From 19 quasiperiodic and 13 chaotic motions of Set 6 between 7.363 and 7.425 rad/s: see
+# `docs/portrait.md#spectra-along-a-scan`.
+LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
+
+# Least number of sampled periods for which the broadband share separates regimes.  With 60, lines
+# are so close that 14 of 19 quasiperiodic motions have shares above `BROADBAND_ABOVE`, with 90 two
+# of 18, with 120 none (at most 7.3e-4).
+FEWEST_PERIODS = 120
 
 
 def checked_signals(value: object) -> tuple[str, ...]:
@@ -360,14 +368,14 @@ class SpectralRecords:
 
     want: Collection[str]  # words of `records.SPECTRAL`
     scene: Scene
-    signals: tuple[str, ...]  # of `recordable`; by default those of `USUAL` that the scene has
+    signals: tuple[str, ...]  # by default those of `USUAL` that the scene has
     periods: int  # sampled, of `samples` states each
     samples: int
     highest: float  # frequency of a bin in multiples of the forcing frequency
     window: str  # of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann
 
     def __post_init__(self) -> None:
-        signals = recordable(self.scene)
+        signals = (*self.scene.components, *(["u"] if self.scene.damper else []))
         usual = tuple(name for name in USUAL if name in signals)
         object.__setattr__(self, "signals", self.signals or usual)
         for name in self.signals:
@@ -401,3 +409,30 @@ class SpectralRecords:
         """Return a dataset with the units of the signals in place of `OF_SIGNALS`."""
         units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
         return replace(dataset, units=units) if dataset.units == OF_SIGNALS else dataset
+
+    def lines_of(self, values: np.ndarray, n: int, transient: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return amplitudes and phases (LINES,) of a signal of an nT orbit."""
+        # over the last whole cycles of n periods, so that each line lies on a bin and none leaks
+        cycles = self.periods // n
+        last = values[-cycles * n * self.samples :]
+        spectrum = np.fft.rfft(last) * (2.0 / last.size)
+        numbers = np.arange(1, LINES + 1)
+        bins = numbers * cycles
+        is_below_nyquist = bins < spectrum.size - 1
+        lines = np.where(is_below_nyquist, spectrum[np.minimum(bins, spectrum.size - 1)], np.nan)
+        first = (transient + self.periods - cycles * n) * self.samples + 1
+        turns = numbers * first / (n * self.samples)  # of the line, from t = 0 to its first sample
+        angle = np.angle(lines) - 2.0 * np.pi * (turns % 1.0)
+        phases = -((np.pi - angle) % (2.0 * np.pi) - np.pi)  # in (-pi, pi]
+        return np.abs(lines), np.where(is_below_nyquist, phases, np.nan)
+
+
+def spectral_label(n: int, share: float, periods: int) -> str:
+    """Return the label by spectra alone: nT if the section recurs, or by the broadband `share`."""
+    if n:
+        return f"{n}T" if n > 1 else "T"
+    if periods < FEWEST_PERIODS:
+        return UNCLEAR
+    if share < LINES_BELOW:
+        return "lines"
+    return "broadband" if share > BROADBAND_ABOVE else UNCLEAR

@@ -13,21 +13,19 @@ from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
-POLICIES = ("rest", "up", "down", "both", "random")
-"""The policies of starts besides `STATE`."""
+POLICIES = ("rest", "up", "down", "both", "random")  # and `STATE`
 
 STATE = "state"  # the policy of orbits that start in a state of the request
 
+# the policies whose starts may have initial conditions of their own, and another phase than 0
 AT_ANY_PHASE = ("rest", STATE)
-"""The policies whose starts may have initial conditions of their own, and another phase than 0."""
 
+# the sweeps of a policy along the last axis, in the order of the starts
 SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
-"""The sweeps of a policy along the last axis, in the order of the starts."""
 
-STRUCTURE_SPREAD = 5.0
-"""Largest displacement of the structure in a random start, in static deflections P / k1."""
-
-DAMPER_SPREAD = 15.0  # largest displacement of the damper against the structure, in the same unit
+# largest displacements in a random start, in static deflections P / k1: of the structure, and of
+# the damper against it
+STRUCTURE_SPREAD, DAMPER_SPREAD = 5.0, 15.0
 ROUND_OFF = 1e-12  # relative depth inside a wall up to which a start counts as on the wall
 FALLBACK_LENGTH = 0.01  # unit of length [m] if no parameter of the system gives one
 
@@ -36,14 +34,9 @@ FALLBACK_LENGTH = 0.01  # unit of length [m] if no parameter of the system gives
 class Start:
     """The start states of the orbits of every cell, validated.
 
-    Attributes:
-        policy: `rest`; `up` or `down`, from the attractor of the neighboring cell toward greater or
-            smaller values of the last axis; `both`, these as two starts, which shows hysteresis;
-            `random`, `count` states; `state`, the state of the request.
-        count, seed: of `random`; the same states are drawn for every cell.
-        state: of `state`: x1, v1, x2, v2 [m, m/s], or two components without a damper.
-        phase: of the force at the start [rad], for `rest` and `state`; the periods of an orbit
-            count from the next section, at phase 0.
+    Orbits of `up` and `down` start on the attractor of the neighboring cell along the last axis, so
+    that `both` shows hysteresis; those of `random` in the same states in every cell.  The periods
+    of an orbit count from the first section, at phase 0.
     """
 
     policy: str = setting(
@@ -116,9 +109,7 @@ def given_states(
 ) -> np.ndarray:
     """Return the kernels' states (n, 4) of starts that are not random: x1, v1, r, s.
 
-    Arguments: the `cells` (n,); the `start`, at rest or in a state of the request; the `initial`
-    conditions by component, (n,) each [m, m/s], which override it; the `scene`.
-
+    `initial` conditions by component, (n,) each [m, m/s], override the `start`.
     r = x1 - (x2 - rest), s = v1 - v2.  Kernels put a start beyond a rigid wall on the wall.
     """
     names, states = scene.components, np.zeros((len(cells), 4))
@@ -143,8 +134,8 @@ def starts_inside(
 ) -> list[str]:
     """Return a line with the number of starts inside a wall and the largest depth; [] for none.
 
-    Arguments: the `parameters` by name and the `state` by component, floats or arrays that
-    broadcast to `shape`, the shape of the starts.  A missing component is at rest.
+    Parameters and components of the state are floats or arrays that broadcast to `shape`, the shape
+    of the starts.  A missing component is at rest.
     """
     rest = scene.rest(parameters) if scene.rest is not None else 0.0
     r = state.get(scene.components[0], 0.0)
@@ -203,10 +194,7 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
 
 
 def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return states of the kernels (n, 4), x1, v1, r, s, in the user's coordinates.
-
-    Shape (n, components): x1, v1, x2, v2, without a damper x1, v1.
-    """
+    """Return states of the kernels (n, 4) in the user's coordinates (n, components)."""
     if not scene.damper:
         return states[..., :2].copy()
     x1, v1, r, s = np.moveaxis(states, -1, 0)
@@ -228,9 +216,8 @@ def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndar
 def length_unit(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 
-    It is the static deflection P / k1.  If that is 0 or infinite (P = 0 or k1 = 0), it is the
-    largest of P / (m1 omega^2) and the distances of the walls; if these are 0 too,
-    `FALLBACK_LENGTH`.
+    It is the static deflection P / k1; if that is 0 or infinite, the largest of P / (m1 omega^2)
+    and the distances of the walls; if these are 0 too, `FALLBACK_LENGTH`.
     """
 
     def is_length(values: np.ndarray) -> np.ndarray:

@@ -21,10 +21,10 @@ from nlds_vines.model.labels import (
     most_frequent,
     share_of,
 )
+from nlds_vines.orbits.batch import agreement
 from nlds_vines.orbits.records import NOT_COMPUTED, STATUS, WANTS
 from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
-from nlds_vines.orbits.spectral_values import agreement, spectral_label
-from nlds_vines.orbits.spectrum import LINES, spectrum_of
+from nlds_vines.orbits.spectrum import LINES, spectral_label, spectrum_of
 from scans import scan_of, unfilled
 
 

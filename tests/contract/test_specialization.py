@@ -2,7 +2,6 @@
 
 import ast
 import json
-from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 
@@ -237,7 +236,7 @@ def allocated(system, *want):
     vary = {"omega": {"values": [6.0]}}
     scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
     outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)
-    buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
+    buffers = {**outputs.buffers._asdict(), "evidence": outputs.evidence, "status": outputs.status}
     return {name for name, buffer in buffers.items() if buffer is not None}
 
 

@@ -14,12 +14,7 @@ from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, curves_from
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.linear_response import (
-    energy_alone,
-    flow_matrix,
-    response,
-    steady_state,
-)
+from nlds_vines.model.linear_response import energy_alone, flow_matrix, response, steady_state
 from nlds_vines.tuning.request import load_tuning
 
 

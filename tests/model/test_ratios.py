@@ -62,29 +62,6 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
     assert set(nv.load_system("bouncing-ball").ratios) == {"f"}
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
-        ({"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
-        ({"zeta": 0.1}, "unknown parameter 'zeta'"),
-        ({"zeta1": -1.0}, "zeta1 = -1.0 is not allowed"),
-        ({"zeta1": "a"}, "zeta1 = 'a' must be a number"),
-        ({"f": 0.0}, "f = 0.0 is not allowed"),
-        ({"mass_ratio": float("nan")}, "mass_ratio"),
-        ({"omega_ratio": 1.0, "k1": 0.0}, "means nothing with k1 = 0.0"),
-        ({"f1": 1.0, "T1": 1.0}, "f1 beside T1"),
-        ({"f1": 1.0, "k1": 1.0}, "k1 beside f1"),
-        ({"T1": 1e-300}, "k1 = inf is not allowed"),
-        ({"frequency_ratio": 1.0, "k2": 1.0}, "k2 beside frequency_ratio"),
-        ({"zetta1": 0.1}, "did you mean 'zeta1'"),
-    ],
-)
-def test_what_is_no_ratio_is_refused(changes, message):
-    with pytest.raises(RequestError, match=message):
-        six(**changes)
-
-
 def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
     (tmp_path / "own.toml").write_text(
         '[system]\nkind = "tmd"\nm1 = 1500.0\nk1 = 6e4\nzeta1 = 0.015\nmass_ratio = 0.02\n'
@@ -154,21 +131,6 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
     assert load_scan(hertz.document()).hash == hertz.hash
 
 
-@pytest.mark.parametrize(
-    ("vary", "settings", "message"),
-    [
-        ({"zeta1": {"values": [0.1]}}, {"c1": 3.0}, "c1 is varied"),
-        ({"c1": {"values": [0.1]}}, {"zeta1": 3.0}, "c1 is varied"),
-        ({"f": {"values": [0.0]}}, {}, "f = 0.0 is not allowed"),
-        ({"f": {"values": [1.0]}, "omega": {"values": [6.0]}}, {}, "omega"),
-        ({"zeta2": {"values": [0.1]}, "k2": {"values": [0.0, 1.0]}}, {}, "means nothing with k2"),
-    ],
-)
-def test_an_axis_that_means_nothing_is_refused(vary, settings, message):
-    with pytest.raises(RequestError, match=message):
-        scan_over(vary, set=settings)
-
-
 def test_what_the_command_line_varies_need_not_be_removed_from_a_file():
     file = {"system": "ssul-set6", "set": {"f": 1.0}, "vary": {"k2": {"values": [500.0]}}}
     assert load_scan(file, {"vary": {"omega": {"values": [6.0]}}}).axes[0].name == "omega"
@@ -226,20 +188,6 @@ def test_loads_keep_ratios_and_vary_them():
     assert c2 == [None, None, pytest.approx(0.1 * unit), pytest.approx(0.2 * unit)]
 
 
-@pytest.mark.parametrize(
-    ("tables", "message"),
-    [
-        ({"set": {"zeta1": 0.1}, "vary": {"c1": {"values": [1.0]}}}, "zeta1 = .*: c1 is varied by"),
-        ({"set": {"k1": 1e4}, "vary": {"k1": {"values": [1.0]}}}, "k1 = .*: k1 is varied by"),
-        ({"vary": {"c1": {"values": [1.0]}, "zeta1": {"values": [0.1]}}}, "c1 beside zeta1"),
-        ({"vary": {"zeta": {"values": [0.1]}}}, "unknown parameter 'zeta'"),
-    ],
-)
-def test_two_statements_about_one_parameter_of_a_load_are_refused(tables, message):
-    with pytest.raises(RequestError, match=message):
-        load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
-
-
 def test_the_structure_alone_has_the_ratios_of_the_curve_beside_it():
     request = load_curves({
         "system": "tmd", "set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}},
@@ -290,23 +238,6 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
     assert load_tuning(tuning.document()) == tuning
 
 
-@pytest.mark.parametrize(
-    ("tables", "message"),
-    [
-        ({"set": {"mass_ratio": 0.03}, "free": {"m2": {}}}, "mass_ratio = 0.03: m2 is varied by"),
-        ({"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
-        ({"free": {"c2": {}}, "over": {"zeta2": {"values": [0.1]}}}, "c2 beside zeta2"),
-        ({"set": {"zeta1": 0.01}, "uncertain": {"c1": "5%"}}, "c1 beside zeta1"),
-        ({"free": {"c2": {}}, "uncertain": {"zeta2": "5%"}}, "zeta2 is uncertain and c2 free"),
-        ({"free": {"zeta1": {"low": 0.01, "high": 0.02}}}, "unknown free parameter 'zeta1'"),
-        ({"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
-    ],
-)  # fmt: skip
-def test_two_statements_about_one_parameter_of_a_tuning_are_refused(tables, message):
-    with pytest.raises(RequestError, match=message):
-        load_tuning("tmd", tables)
-
-
 def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted():
     # equal ratios are rounded from exact powers
     values = Axis.spaced("K", 1e5, 1e9, 41, "log").values
@@ -341,17 +272,66 @@ def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted(
         load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})
 
 
-@pytest.mark.parametrize(
-    ("entry", "message"),
-    [
-        ({"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"}, "start = 0.0 must be > 0 where"),
-        ({"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
-        ({"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
-    ],
-)
-def test_what_no_scale_can_be_is_refused(entry, message):
+def history(tables):
+    return load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
+
+
+def scan(tables):
+    return load_scan("ssul-set6", tables)
+
+
+def tuning(tables):
+    return load_tuning("tmd", tables)
+
+
+def axis(entry):
+    return Axis.of("K", entry)
+
+
+REFUSED = [
+    # what is no ratio, two statements about one parameter
+    (six, {"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
+    (six, {"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
+    (six, {"zeta1": -1.0}, "zeta1 = -1.0 is not allowed"),
+    (six, {"zeta1": "a"}, "zeta1 = 'a' must be a number"),
+    (six, {"f": 0.0}, "f = 0.0 is not allowed"),
+    (six, {"mass_ratio": float("nan")}, "mass_ratio"),
+    (six, {"omega_ratio": 1.0, "k1": 0.0}, "means nothing with k1 = 0.0"),
+    (six, {"f1": 1.0, "T1": 1.0}, "f1 beside T1"),
+    (six, {"f1": 1.0, "k1": 1.0}, "k1 beside f1"),
+    (six, {"T1": 1e-300}, "k1 = inf is not allowed"),
+    (six, {"frequency_ratio": 1.0, "k2": 1.0}, "k2 beside frequency_ratio"),
+    (six, {"zetta1": 0.1}, "unknown parameter 'zetta1'; did you mean 'zeta1'"),
+    (scan, {"vary": {"zeta1": [0.1]}, "set": {"c1": 3.0}}, "c1 is varied"),
+    (scan, {"vary": {"c1": [0.1]}, "set": {"zeta1": 3.0}}, "c1 is varied"),
+    (scan, {"vary": {"f": [0.0]}}, "f = 0.0 is not allowed"),
+    (scan, {"vary": {"f": [1.0], "omega": [6.0]}}, "omega"),
+    (scan, {"vary": {"zeta2": [0.1], "k2": [0.0, 1.0]}}, "means nothing with k2"),
+    (history, {"set": {"zeta1": 0.1}, "vary": {"c1": [1.0]}}, "zeta1 = .*: c1 is varied by"),
+    (history, {"set": {"k1": 1e4}, "vary": {"k1": [1.0]}}, "k1 = .*: k1 is varied by"),
+    (history, {"vary": {"c1": [1.0], "zeta1": [0.1]}}, "c1 beside zeta1"),
+    (history, {"vary": {"zeta": [0.1]}}, "unknown parameter 'zeta'"),
+    (tuning, {"set": {"mass_ratio": 0.03}, "free": {"m2": {}}},
+     "mass_ratio = 0.03: m2 is varied by"),
+    (tuning, {"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
+    (tuning, {"free": {"c2": {}}, "over": {"zeta2": [0.1]}}, "c2 beside zeta2"),
+    (tuning, {"set": {"zeta1": 0.01}, "uncertain": {"c1": "5%"}}, "c1 beside zeta1"),
+    (tuning, {"free": {"c2": {}}, "uncertain": {"zeta2": "5%"}},
+     "zeta2 is uncertain and c2 free"),
+    (tuning, {"free": {"zeta1": {"low": 0.01, "high": 0.02}}}, "unknown free parameter 'zeta1'"),
+    (tuning, {"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
+    # what no scale can be
+    (axis, {"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"},
+     "start = 0.0 must be > 0 where"),
+    (axis, {"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
+    (axis, {"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("read", "tables", "message"), REFUSED)
+def test_what_means_nothing_or_is_said_twice_is_refused(read, tables, message):
     with pytest.raises(RequestError, match=message):
-        Axis.of("K", entry)
+        six(**tables) if read is six else read(tables)
 
 
 class Column:

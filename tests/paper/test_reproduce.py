@@ -537,11 +537,3 @@ def test_the_wheel_carries_every_request_file():
     carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     assert carried["scans"] == "nlds_vines/_data"  # whatever is put there travels
     assert {path.parent for path in packaged_files.figure_files()} == {ROOT / "scans"}
-
-
-def test_an_installed_wheel_finds_its_own_requests(tmp_path, monkeypatch):
-    (tmp_path / "_data").mkdir()
-    (tmp_path / "_data" / "figure9.toml").write_text("")
-    (tmp_path / "_data" / "dampers.toml").write_text("")
-    monkeypatch.setattr(packaged_files, "files", lambda package: tmp_path)
-    assert [path.name for path in packaged_files.figure_files()] == ["figure9.toml"]

@@ -149,7 +149,6 @@ class Equation:
         self.length = numbers[6] / numbers[1] or 1e-3  # [m] that absolute tolerances refer to
 
     def rates(self, t: float, y: np.ndarray) -> tuple[float, ...]:
-        """Return the derivatives of x1, v1, x2, v2."""
         return rates_of(self.array, t, *y.tolist())
 
     def depth(self, y: np.ndarray) -> float:
@@ -532,7 +531,6 @@ def publish(command: str, lines: Iterable[str], page: Path | None) -> None:
 
 
 def main() -> None:
-    """Measure, print, and write the tables into a page if asked to."""
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="of a case; all by default")
     options = parser.parse_args()

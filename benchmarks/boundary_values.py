@@ -76,7 +76,6 @@ class Motion:
 
     @classmethod
     def of(cls, system: System) -> Motion:
-        """Take the constants of a system."""
         numbers = {**system.parameters, "K": system.K}
         return cls(**{field.name: float(numbers[field.name]) for field in fields(cls)})
 
@@ -342,7 +341,6 @@ def own_points() -> tuple[list[Point], float]:
 
 
 def page() -> Iterator[str]:
-    """Yield the lines of the table."""
     motion, (points, seconds) = Motion.of(SOFT), own_points()
     rows = []
     for point in points:

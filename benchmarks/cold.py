@@ -99,7 +99,6 @@ def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, Cost]]]
 
 
 def main() -> None:
-    """Measure and print."""
     parser = argparse.ArgumentParser(description="The wait before the first orbit.")
     parser.add_argument(
         "--package", action="append", type=Path, metavar="PATH", help="a folder with nlds_vines"

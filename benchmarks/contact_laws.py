@@ -60,7 +60,6 @@ class Behavior:
 
 
 def behavior(system: System) -> Behavior:
-    """Return how the orbit from rest behaves in the end."""
     regime = classify(system)
     run = simulate(
         system, regime.period or 60, start=tuple(simulate(system, SETTLED).state),
@@ -90,7 +89,6 @@ def apart(system: System, other: System) -> float:
 
 
 def page() -> Iterator[str]:
-    """Yield the lines of the page."""
     yield from INTRODUCTION.splitlines()
     rows = []
     for name, change in CHANGES.items():
@@ -167,7 +165,6 @@ The power law goes over into `linear` with kc = K = 1e6 as n goes to 1:
 
 
 def main() -> None:
-    """Measure, and print or write the page."""
     parser = argparse.ArgumentParser(description="The same damper under each contact law.")
     parser.add_argument("-o", metavar="FILE", type=Path, help="write the page to a file")
     options = parser.parse_args()

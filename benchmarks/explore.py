@@ -47,13 +47,11 @@ _WATCH = """() => {
 
 
 def browser_path() -> str | None:
-    """Return the path of a Chromium; None where none is installed."""
     return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 @contextmanager
 def opened_browser() -> Iterator[Any]:
-    """Open a headless Chromium, a browser of Playwright."""
     from playwright.sync_api import sync_playwright
 
     path = browser_path()
@@ -127,7 +125,6 @@ def opened_page(page: Any, address: str) -> Any:
 
 
 def drawn(page: Any) -> None:
-    """Wait until the orbit that was asked for is drawn."""
     page.wait_for_function("window.drawn !== undefined")
 
 
@@ -155,7 +152,6 @@ def click_times(page: Any, clicks: int) -> list[float]:
 
 
 def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> list[str]:
-    """Return the measured times in words."""
     with Served(str(archive)) as served, opened_browser() as browser:
         page = new_page(browser)
         opened = time.perf_counter()
@@ -182,7 +178,6 @@ def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> l
 
 
 def main() -> int:
-    """Measure what the arguments name."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
     parser.add_argument("--clicks", type=int, default=50)

@@ -64,7 +64,6 @@ def energy_of(system: System, states: Any) -> np.ndarray:
 
 
 def is_refused(system: System, periods: int = 1, **options: Any) -> bool:
-    """Return True if an orbit ends with a status."""
     try:
         simulate(system, periods, **options)
     except IntegrationError:
@@ -265,7 +264,6 @@ EXTREMES = (
 
 
 def report() -> Iterator[str]:
-    """Yield the table of all extremes as Markdown."""
     rows = []
     for name, measure, bound in EXTREMES:
         value, text = measure(), (measure.__doc__ or "").strip().rstrip(".")

@@ -55,7 +55,6 @@ def modules(package: Path) -> dict[str, Path]:
 
 @cache
 def parsed(path: Path) -> ast.Module:
-    """Return the syntax tree of a source."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
@@ -112,7 +111,6 @@ def repeated_constants(package: Path) -> set[str]:
 
 
 def source_counts(paths: list[Path]) -> Counter[str]:
-    """Return the counts of some sources that add up."""
     counts = Counter(files=len(paths))
     for path in paths:
         counts["lines"] += len(path.read_text(encoding="utf-8").splitlines())
@@ -144,7 +142,6 @@ def bound_name(node: ast.AST) -> str | None:
 
 
 def areas(root: Path) -> dict[str, Counter[str]]:
-    """Return the counts of the package without kernels, kernels, tests and benchmarks."""
     package = sorted((root / "nlds_vines").rglob("*.py"))
     kernels = [path for path in package if root / "nlds_vines" / "kernels" in path.parents]
     return {

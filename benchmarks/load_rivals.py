@@ -32,7 +32,6 @@ SETTINGS = (1e-6, 1e-8, 1e-10)
 
 
 def last_state(system: System, tolerance: float) -> np.ndarray:
-    """Return the state of this package after the blow."""
     end = PERIODS * system.period
     count = math.ceil(end / longest_cell(system))
     jumps = np.zeros(count + 1)
@@ -44,7 +43,6 @@ def last_state(system: System, tolerance: float) -> np.ndarray:
 
 
 def main(name: str = "ssul-set6") -> None:
-    """Print a line for each solver and setting."""
     system = load_system(name)
     p = system.parameters
     system = system.with_(P=0.0, omega=math.sqrt(p["k1"] / p["m1"]))

@@ -47,13 +47,11 @@ class Mutant:
     new: str
 
     def applied_to(self, text: str) -> str:
-        """Return a source with the change."""
         data = text.encode()
         return (data[: self.begin] + self.new.encode() + data[self.end :]).decode()
 
 
 def mutants_of(text: str, file: str) -> list[Mutant]:
-    """Return the mutants of a source, in the order of its text."""
     starts = [0]
     for line in text.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
@@ -107,7 +105,6 @@ class Trial:
     """A copy of the checkout in a folder, in which the tests run."""
 
     def __init__(self, checkout: Path, folder: Path, tests: Sequence[str]) -> None:
-        """Copy what the tests need."""
         self.folder, self.tests = folder, tests
         for path in (checkout / name for name in COPIED if (checkout / name).exists()):
             if path.is_dir():

@@ -101,7 +101,6 @@ def jumps(designs: Designs, best: np.ndarray) -> float:
 
 
 def row(system: str, load: str, name: str) -> str:
-    """Return a line of the table."""
     tuning = load_tuning(
         system,
         {"load": LOADS[load], "free": FREE[system], "sampling": {"duration": 20.0},
@@ -129,7 +128,6 @@ def row(system: str, load: str, name: str) -> str:
 
 
 def main() -> None:
-    """Measure and print."""
     use_threads(1)
     print("| damper, load | objective | jumps | global | | simplices | | gradients | "
           "| global | simplices | gradients |")  # fmt: skip

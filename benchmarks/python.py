@@ -75,7 +75,6 @@ def record_of_noise(folder: Path) -> Path:
 
 
 def works(folder: Path) -> dict[str, Callable[[], object]]:
-    """Return the pieces of work by what they do."""
     system, record = nv.load_system("ssul-set6", omega=7.4), record_of_noise(folder)
     rng = np.random.default_rng(0)
     samples = {
@@ -101,7 +100,6 @@ def works(folder: Path) -> dict[str, Callable[[], object]]:
 
 
 def main() -> None:
-    """Print the table."""
     use_threads(1)
     rows = []
     with tempfile.TemporaryDirectory() as folder:

@@ -86,7 +86,6 @@ BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
 
 
 def spent(work: Callable[[], object]) -> float:
-    """Return the CPU time of some work [s]."""
     began = time.process_time()
     work()
     return time.process_time() - began
@@ -136,7 +135,6 @@ def serve() -> None:
 
 
 def main() -> None:
-    """Measure and print."""
     parser = argparse.ArgumentParser(description="CPU times, beside those of another checkout.")
     parser.add_argument(
         "--only", nargs="+", metavar="NAME", choices=BENCHMARKS, help="some of them"

@@ -90,7 +90,6 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_collection_finish(session):
-    """Compile what the default tier needs, where many of its tests are to run."""
     if sum(not in_a_tier(item) for item in session.items) > MANY:
         shared_files()
 
@@ -107,7 +106,6 @@ def in_a_tier(item):
 
 @contextmanager
 def alone(path):
-    """Let one process at a time be within the block."""
     with path.open("a") as file:
         if fcntl is not None:
             fcntl.flock(file, fcntl.LOCK_EX)
@@ -190,7 +188,6 @@ def error_of():
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Return the working folder, which is empty."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

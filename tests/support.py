@@ -53,7 +53,6 @@ class Reference:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The parameters without the kind."""
         return {name: value for name, value in self.parameters.items() if name != "kind"}
 
 
@@ -82,7 +81,6 @@ def system_of(kind: str, numbers: Mapping[str, float]) -> System:
 
 
 def follow_ssul(numbers: Mapping[str, float], start: Any, periods: int, **options: Any) -> Orbit:
-    """Follow an orbit of an SSul damper and record section and impacts."""
     return simulate(system_of("ssul", numbers), periods, start=start, record=BOTH, **options)
 
 
@@ -148,13 +146,11 @@ class Approach:
 
     @property
     def wave(self) -> tuple[float, float]:
-        """The cos and sin of the phase."""
         return float(np.cos(self.phase)), float(np.sin(self.phase))
 
     @property
     def touch(self) -> tuple[float, float, float, float]:
-        """The state (q, s, x1, v1)."""
-        return 0.0, self.speed, self.x1, self.v1
+        return 0.0, self.speed, self.x1, self.v1  # q, s, x1, v1
 
     def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
         """Follow the contact by Taylor steps of order 14, or four if `rk4`."""
@@ -167,7 +163,6 @@ class Approach:
         return Impact(-s, x1, v1, took, depth)
 
     def solve(self, parts: Any, nodes: int) -> Impact:
-        """Follow the contact as a short impact."""
         side = side_of(parts, make_arc(nodes=nodes), rate=1.0)
         solved, s, x1, v1, took, depth = short_impact(side, True, self.wave, self.touch)
         assert solved

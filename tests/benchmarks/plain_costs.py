@@ -9,7 +9,6 @@ from nlds_vines.model.system import System
 
 @pytest.fixture(autouse=True)
 def short(monkeypatch):
-    """Let few orbits be followed for some periods."""
     short = {"TRANSIENT": 6, "COUNTED": 10, "ORBITS": 1, "PERIODS": 2, "VARIED": 2, "JUDGED": 1}
     for name, number in {**short, "DIAGRAM": 20}.items():
         monkeypatch.setattr(costs, name, number)
@@ -17,7 +16,6 @@ def short(monkeypatch):
 
 @pytest.mark.parametrize("kind", ["none", "tmd", "ssul", "ssvi-b"])
 def test_every_part_can_be_followed(kind):
-    """Notices: a settled state that is no start."""
     names = {"ssul": "ssul-set6", "ssvi-b": "ssbl"}
     system = System(kind, load_system(names.get(kind, kind), omega=6.28).parameters)
     names = []

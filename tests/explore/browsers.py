@@ -20,7 +20,6 @@ def browser_or_skip():
 
 
 def watched_page(browser, **settings):
-    """Return a page that notes its errors as `faults`."""
     page = new_page(browser, **settings)
     page.faults = []
     page.on("pageerror", lambda error: page.faults.append(str(error)))
@@ -32,7 +31,6 @@ def watched_page(browser, **settings):
 
 
 def acted(page, act):
-    """Do something that asks for an orbit, and wait until it is drawn."""
     page.evaluate("window.drawn = undefined")
     act()
     drawn(page)
@@ -60,7 +58,6 @@ def text_of(page, name):
 
 
 def seen_text(page):
-    """Return all text of a page, also that within its components."""
     return page.evaluate("""() => {
         const of = (node) => node.nodeType === 3 ? node.textContent
             : ["STYLE", "SCRIPT"].includes(node.nodeName) ? ""

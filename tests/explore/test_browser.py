@@ -57,7 +57,6 @@ def page(browser, server):
 
 @pytest.fixture
 def click(page, small_map):
-    """Return a function that clicks a cell and waits for its orbit."""
     axes = stored(small_map).scan.axes
 
     def click(*cell, page=page):

@@ -1,7 +1,5 @@
 """The page without a server: its size, its numbers, its words; branches and claims on it."""
 
-import base64
-import gzip
 import json
 import re
 from pathlib import Path
@@ -17,37 +15,17 @@ from nlds_vines.explore.map_view import column, label_codes, painted, shows_of
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
+from bokeh.core.serialization import Deserializer
+
 from nlds_vines.explore.report_page import MOST_BYTES, coded, report_page, rounded
 
 
 def arguments_of(html):
-    """Return the arguments of the script of a page by name, arrays as a browser decodes them."""
+    """Return the arguments of the script of a page by name, as Bokeh decodes them."""
     text = re.search(r'application/json" id="[^"]*">(.*?)</script>', html, re.DOTALL)[1]
-    models = {}
-
-    def decoded(value):
-        if isinstance(value, list):
-            return [decoded(one) for one in value]
-        if not isinstance(value, dict):
-            return value
-        kind = value.get("type")
-        if kind == "ndarray":
-            data = gzip.decompress(base64.b64decode(value["array"]["data"]))
-            return np.frombuffer(data, value["dtype"]).reshape(value["shape"])
-        if kind == "map":
-            return {decoded(key): decoded(one) for key, one in value.get("entries", ())}
-        if kind == "number":
-            return float(value["value"])
-        if kind == "object":
-            models[value["id"]] = made = {"name": value["name"], "id": value["id"]}
-            made |= {key: decoded(one) for key, one in value.get("attributes", {}).items()}
-            return made
-        if "id" in value:
-            return models[value["id"]]
-        return {key: decoded(one) for key, one in value.items()}
-
-    decoded(json.loads(text))
-    return next(m["args"] for m in models.values() if "shows" in m.get("args", {}))
+    (document,) = json.loads(text).values()
+    callbacks = Deserializer().decode(document)["callbacks"]["document_ready"]
+    return next(act.args for act in callbacks if "shows" in act.args)
 
 
 def test_numbers_keep_four_digits_and_states_sixteen_bits_of_their_range():
@@ -71,14 +49,14 @@ def page(small_map):
 
 def test_the_page_holds_what_the_archive_does(page, small_map):
     arguments = arguments_of(page)
-    archive, columns = stored(small_map), arguments["columns"]["data"]
+    archive, columns = stored(small_map), arguments["columns"].data
     assert arguments["labels"] == label_codes(archive)[0]
     np.testing.assert_array_equal(columns["label"], column(archive, "label").ravel())
     np.testing.assert_allclose(columns["E1max"], column(archive, "E1max").ravel(), rtol=2e-4)
     states = arguments["low"] + arguments["codes"].reshape(-1, 30, 4) * np.array(arguments["step"])
     expected = archive.lanes("section").reshape(-1, 30, 4)
     np.testing.assert_allclose(states, expected, atol=1.1 * max(arguments["step"]))
-    images = arguments["images"]["data"]
+    images = arguments["images"].data
     (show,) = [one for one in shows_of(archive) if one.name == "E1max"]
     np.testing.assert_array_equal(images["E1max:1"][0], painted(archive, show, 1).codes)
 
@@ -119,8 +97,8 @@ def test_a_large_map_fits_into_a_mail(sides, count):
     report = report_page(filled(document))
     assert report.size <= MOST_BYTES
     arguments = arguments_of(report.html)
-    assert arguments["columns"]["data"]["label"].size == 90_000
-    assert "E1max" in arguments["columns"]["data"]
+    assert arguments["columns"].data["label"].size == 90_000
+    assert "E1max" in arguments["columns"].data
     assert arguments["points"] >= 1
     assert "holds" in report.left_out
 

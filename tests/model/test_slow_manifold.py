@@ -201,7 +201,6 @@ def test_a_tuning_of_both_clearances_begins_with_the_best_one():
 @pytest.mark.kernels
 @pytest.mark.parametrize("omega", [0.95, 0.96, 0.97, 0.975])
 def test_motion_lies_within_one_percent_of_the_closed_form(omega):
-    """The motion T,2 that starts on the manifold has the amplitude of the closed form."""
     system = with_clearance(50.0, omega=omega)
     response = nv.slow_manifold(system).response(4000)
     there = np.isfinite(response.below)

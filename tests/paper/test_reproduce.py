@@ -60,7 +60,6 @@ shade = true
 
 @pytest.fixture
 def here(here):
-    """Work in an empty folder that holds a small request."""
     (here / "page.toml").write_text(PAGE)
     return here
 
@@ -312,7 +311,6 @@ def page_of(short, archives):
 
 
 def panels_of(figure):
-    """Return the panels of a figure without the axes of its legend."""
     return [axes for axes in figure.axes if axes.axison]
 
 

@@ -46,7 +46,6 @@ def archive(tmp_path_factory):
 
 
 def same(one, other):
-    """Return True if two views hold the same bits."""
     pairs = [(one.time, other.time), (one.states, other.states), (one.section, other.section)]
     pairs += [(one.contacts[name], other.contacts[name]) for name in one.contacts.dtype.names]
     pairs += [(one.spectrum.order, other.spectrum.order)]
@@ -72,7 +71,6 @@ def test_windows_come_back_to_the_last_bit(archive):
 
 
 def test_columns_with_parameters_of_their_own(tmp_path):
-    """Each has its own orbit, window and panels."""
     columns = [
         {"name": "soft", "set": {"K": 1e7}, "window": [4, 8]},
         {"name": "hard", "panels": ["relative"]},
@@ -128,7 +126,6 @@ def test_the_picture_is_that_of_the_orbit_itself(archive, here):
 
 
 def test_in_one_column_all_stands_below_one_another(archive):
-    """Window after window, each with its heading; the same data, letters of the same size."""
     wide, narrow = nv.plot(archive), nv.plot(archive, columns=1)
     assert collisions(wide) == collisions(narrow) == []
     assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
@@ -252,7 +249,6 @@ def test_an_orbit_with_a_trajectory_draws_curves(error_of):
 
 @pytest.mark.kernels
 def test_the_exponents_are_those_of_the_orbit_after_the_window(here):
-    """In the archive, the report and the picture, as far as a panel shows them."""
     document = {**DOCUMENT, "portrait": {"panels": ["section", "exponents"]}}
     document["column"] = [{"window": [30, 42]}, {"window": [30, 42], "panels": ["section"]}]
     run(load_portrait(document), Path("orbit.h5"))

@@ -15,7 +15,6 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:De
 
 @pytest.fixture(autouse=True)
 def eight(monkeypatch):
-    """Let eight threads be used, however many processors there are."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "8")
     monkeypatch.setattr(executors, "_used", None)
 

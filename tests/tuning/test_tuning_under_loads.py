@@ -319,7 +319,6 @@ def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
 
 
 def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
-    """What reaches an orbit: free, uncertain, disturbed and drawn, each in its place."""
     seen = []
 
     def numbers_of(history, system, grid, each, tell):

@@ -196,15 +196,11 @@ def vector_of(matrix: np.ndarray, kind: str) -> tuple[np.ndarray, float, float]:
 
 @dataclass(frozen=True)
 class Problem:
-    """Equations and conditions of one kind, contact and flight side by side.
-
-    Attributes: the `motion`; the `kind`; the `reference` (4,) to which the imaginary part of a
-    complex vector is orthogonal at the touch.
-    """
+    """Equations and conditions of one kind, contact and flight side by side."""
 
     motion: Motion
     kind: str
-    reference: np.ndarray
+    reference: np.ndarray  # (4,), orthogonal to a complex vector's imaginary part at the touch
 
     def rate(self, sigma: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the derivatives by sigma of contact and flight, (16 or 24, nodes)."""
@@ -236,21 +232,15 @@ class Problem:
         return np.concatenate((*rows, off.real, off.imag, [self.reference @ touch[8:]]))
 
 
-@dataclass(frozen=True)
-class Solved:
-    """What `solve_bvp` found.
+class Solved(NamedTuple):
+    """A solution of `solve_bvp`."""
 
-    Attributes: the parameter [rad/s]; that of the first guess; the contact's share of the period;
-    angle of the multiplier; largest residual; number of nodes; CPU time [s].
-    """
-
-    omega: float
-    first: float
-    contact: float
-    theta: float
-    residual: float
+    omega: float  # [rad/s]
+    first: float  # omega of the first guess
+    theta: float  # angle of the multiplier
+    residual: float  # the largest
     nodes: int
-    seconds: float
+    seconds: float  # of CPU time
 
 
 def solve(motion: Motion, point: Point, tolerance: float = TOLERANCE) -> Solved:
@@ -266,12 +256,11 @@ def solve(motion: Motion, point: Point, tolerance: float = TOLERANCE) -> Solved:
     if not solution.success:
         raise ArithmeticError(f"{point.kind} near {point.omega:.6f}: {solution.message}")
     check_sides(motion, solution.y)
-    omega, _, contact, *rest = map(float, solution.p)
-    theta = rest[0] if rest else {"LP": 0.0, "PD": np.pi}[point.kind]
-    residual = float(np.max(solution.rms_residuals))
-    seconds = process_time() - began
-    first = float(start.parameters[0])
-    return Solved(omega, first, contact, theta, residual, len(solution.x), seconds)
+    theta = {"LP": 0.0, "PD": np.pi}.get(point.kind, float(solution.p[-1]))
+    return Solved(
+        float(solution.p[0]), float(start.parameters[0]), theta,
+        float(np.max(solution.rms_residuals)), len(solution.x), process_time() - began,
+    )  # fmt: skip
 
 
 def check_sides(motion: Motion, y: np.ndarray) -> None:
@@ -331,13 +320,12 @@ def doubling_by_shooting(motion: Motion, omega: float, state: np.ndarray) -> flo
 
 def own_points() -> tuple[list[Point], float]:
     """Return the special points that the continuation finds, and its CPU time once compiled."""
-    continue_branch(SOFT, "omega", BETWEEN)
-    began = process_time()
-    path = continue_branch(SOFT, "omega", BETWEEN)
-    seconds = process_time() - began
-    return [
-        Point(s.kind, s.value, s.state) for s in path.special_points if s.kind in KINDS
-    ], seconds
+    for _ in range(2):
+        began = process_time()
+        path = continue_branch(SOFT, "omega", BETWEEN)
+        seconds = process_time() - began
+    points = [Point(s.kind, s.value, s.state) for s in path.special_points if s.kind in KINDS]
+    return points, seconds
 
 
 def page() -> Iterator[str]:

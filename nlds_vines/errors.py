@@ -73,10 +73,7 @@ def shown(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return `text` as a terminal may have it: escaped where a character is no visible one.
-
-    Text from a file could otherwise move the cursor, change colors, or hide what stands before it.
-    """
+    """Return `text` with invisible characters escaped, which could move a terminal's cursor."""
     return "".join(
         letter.encode("unicode_escape").decode() if _hidden(letter) else letter for letter in text
     )

@@ -25,13 +25,13 @@ from nlds_vines.cli.running import (
     RunOptions,
     check_writable,
     optional_path,
-    refuse_begun,
     refuse_replacing,
 )
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
+from nlds_vines.runs.store import Blocks
 from paper.request import FigureRequest, load_figure, packaged_figures, short_name
 
 _NAME = "python -m paper"
@@ -146,7 +146,7 @@ class _Job:
         if self.page is not None:
             refuse_replacing("--page", self.page, self.how.overwrite)
         for path, computed in self.archives.items() if dry_run else ():
-            refuse_begun(path, computed, self.how)
+            Blocks(path, computed).begin(self.how)
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""

@@ -291,7 +291,8 @@ class ArchiveView(Outlined):
         self._file.close()
 
     def heading(self) -> str:
-        return f"{self.path}: {self.text('title')}" if self._file else f"{self.path}, closed"
+        place = f"{self.path}: " if self.path.named else ""
+        return place + self.text("title") if self._file else f"{self.path}, closed"
 
     def outline(self) -> Rows:
         if self._file:
@@ -519,18 +520,12 @@ class _MemoryView(ArchiveView):
 
     def __init__(self, path: ArchivePath, memory: Memory) -> None:
         self.path, self._memory, self.names = path, memory, tuple(sorted(memory.arrays))
+        self._file = True  # it is always open
         scales = {name: scale.dataset for name, scale in memory.scales.items()}
         self._entries = {**scales, **memory.table.datasets}
 
     def close(self) -> None:
         pass
-
-    def heading(self) -> str:
-        return self.text("title")
-
-    def outline(self) -> Rows:
-        yield "dimensions", ", ".join(self._memory.scales)
-        yield "datasets", ", ".join(self.names)
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries

@@ -21,10 +21,7 @@ PORTRAIT = "portrait"
 
 
 class Request(Protocol):
-    """What an archive records of any request: its kind, one of those above, title, text and hash.
-
-    The hash is the SHA-256 of everything in it that determines the numbers.
-    """
+    """What an archive records of any request; the hash is of all that determines the numbers."""
 
     @property
     def content(self) -> str: ...
@@ -70,10 +67,7 @@ def now() -> str:
 
 @cache
 def makers() -> dict[str, str]:
-    """Return all that may change a bit of a result: versions, a hash of the sources, the machine.
-
-    An archive never holds results of different makers.
-    """
+    """Return all that may change a bit of a result, so that no archive holds two versions of it."""
     return {
         "source": f"nlds_vines {version('nlds-vines')}",
         "source_hash": _source_hash(),

@@ -15,10 +15,7 @@ Rows = Iterable[tuple[str, str]]  # names with their values, both as text
 
 
 class Outlined:
-    """A result whose repr has at most five lines, and in a notebook is a table.
-
-    A dataclass that inherits from it is declared with `repr=False`.
-    """
+    """A result whose repr has at most five lines; dataclasses of it are declared `repr=False`."""
 
     def heading(self) -> str:
         """Return the text after the class name: by default the title, if it has one."""

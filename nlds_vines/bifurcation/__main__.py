@@ -1,7 +1,5 @@
 """`python -m nlds_vines.bifurcation`."""
 
-import sys
-
 from nlds_vines.bifurcation.command import main
 
-sys.exit(main())
+raise SystemExit(main())

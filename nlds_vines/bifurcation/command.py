@@ -176,11 +176,9 @@ class Job(commands.Job):
         for axis in self.request.axes:
             refuse_undrawable(axis.name, axis.values)
 
-    def refuse(self, dry_run: bool = False) -> None:
+    def refuse(self) -> None:
         super().refuse()
         blocks.refuse_without_room(self.request, self.archive)
-        if dry_run:
-            super().refuse(dry_run)
 
     def results(self) -> Report:
         from nlds_vines.bifurcation.run import run

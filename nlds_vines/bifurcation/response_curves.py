@@ -680,8 +680,8 @@ class Job(commands.Job):
     def check_picture(self) -> None:
         refuse_undrawable(self.request.axis, self.request.values)
 
-    def refuse(self, dry_run: bool = False) -> None:
-        super().refuse(dry_run)
+    def refuse(self) -> None:
+        super().refuse()
         for case in self.request.cases:
             refuse_without_room(case.scan, self.archive)
 

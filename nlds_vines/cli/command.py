@@ -1,8 +1,4 @@
-"""`Command` runs a command from arguments to exit status; all tasks share `Task` and `Job`.
-
-A task is a request, its `run`, a picture and examples; `of_task` makes its command, and a `Job`
-runs a request from the command line and from Python.
-"""
+"""`Command` runs a command from arguments to exit status; a `Job` runs a request of any `Task`."""
 
 from __future__ import annotations
 
@@ -34,6 +30,7 @@ from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, re
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.store import Blocks
 
 
 @dataclass(frozen=True)
@@ -53,13 +50,8 @@ class Command:
     common: str = ""
 
     def main(self, argv: Sequence[str] | None = None) -> int:
-        """Run the command with `argv`, by default those of the process; return the exit status.
-
-        A wrong request becomes one line on standard error and status 2, and so does what the
-        operating system refuses (a full disk, a file that vanished).  An interrupted run says how
-        to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.  The process exits without a
-        garbage collection, which takes a second after compiling.
-        """
+        """Run the command with `argv`, by default those of the process; return the exit status."""
+        # at the exit no garbage is collected, which takes a second after compiling
         atexit.unregister(gc.freeze)  # once, however many commands a process runs
         atexit.register(gc.freeze)
         arguments = list(sys.argv[1:] if argv is None else argv)
@@ -159,7 +151,7 @@ class Job:
     """
 
     default: ClassVar[str] = ""
-    """The name of the archive, if none is given."""
+    """The name of the archive, if none is given; empty for one in memory."""
 
     is_named_after_source: ClassVar[bool] = False
     """Whether the archive has the name of the request file instead, if there is one."""
@@ -190,7 +182,7 @@ class Job:
         named = f"{Path(options.source).stem}.h5" if after else cls.default
         files: dict[str, Any] = {
             "source": running.request_path(options.source),
-            "archive": Path(options.output or named),
+            "archive": ArchivePath.for_result(options.output or named or None, "archive"),
             "plot": running.optional_path(options.plot),
             "how": running.run_options(options),
         }
@@ -211,14 +203,12 @@ class Job:
     def check_picture(self) -> None:
         """Raise `RequestError` if the picture cannot be drawn."""
 
-    def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` if files exist; with `dry_run`, for all reasons to refuse a run."""
-        running.refuse_existing(self.archive, self.how)
+    def refuse(self) -> None:
+        """Raise `RequestError` if the run would not begin, because of files that exist."""
+        Blocks(self.archive, self.request).begin(self.how)
         if self.plot is not None:
             mark = self.request.hash if self.how.resume else ""
             running.refuse_replacing("picture", self.plot, self.how.overwrite, mark)
-        if dry_run:
-            running.refuse_begun(self.archive, self.request, self.how)
 
     def run(self) -> Any:
         """Compute, draw, and return the results."""
@@ -253,7 +243,7 @@ class Job:
     def carry_out(self, name: str, dry_run: bool) -> int:
         """Run for the command `name`, or only say what that would do; return the exit status."""
         if dry_run:
-            self.refuse(dry_run=True)
+            self.refuse()
             say(*self.plan(), *self.request.starts_inside())
             return DONE
         results = self.run()

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.archives.files import open_regular, protection
-from nlds_vines.archives.provenance import Request
 from nlds_vines.cli.options import Parser
 from nlds_vines.errors import RequestError, refuse_bytes, shown, whole
 from nlds_vines.runs.executors import MOST_THREADS, Shard, most_threads
@@ -173,22 +172,6 @@ def refuse_same(*paths: Path | None) -> None:
             if same:
                 raise RequestError(f"output {shown(str(path))} is another file of this run")
         seen.append(path)
-
-
-def refuse_existing(archive: Path, how: RunOptions) -> None:
-    if os.path.lexists(archive) and not (how.resume or how.overwrite or how.shard):
-        raise RequestError(
-            f"output {shown(str(archive))} exists: --resume continues it, "
-            "--overwrite replaces it, -o names another file"
-        )
-
-
-def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
-    """Raise `RequestError` if a run would not begin, which --dry-run then says as well."""
-    refuse_existing(archive, how)
-    from nlds_vines.runs.store import Blocks
-
-    Blocks(archive, request).begin(how)
 
 
 def refuse_replacing(what: str, path: Path | None, overwrite: bool, mark: str = "") -> None:

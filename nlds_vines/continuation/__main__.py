@@ -1,7 +1,5 @@
 """`python -m nlds_vines.continuation`."""
 
-import sys
-
 from nlds_vines.continuation.command import main
 
-sys.exit(main())
+raise SystemExit(main())

@@ -1,7 +1,4 @@
-"""The command `nlds-vines explore`, or `python -m nlds_vines.explore`: a map in a local page.
-
-Bokeh and the kernels are imported only when the page is served.
-"""
+"""The command `nlds-vines explore`; Bokeh and the kernels are imported when the page is served."""
 
 from __future__ import annotations
 

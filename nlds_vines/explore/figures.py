@@ -54,10 +54,8 @@ def theme_button() -> models.Button:
 def frame(
     document: Document, title: str, parts: Mapping[str, Sequence[models.Model]], **variables: Any
 ) -> None:
-    """Put the models of each part of a page into the frame that all pages share.
-
-    Each model has its own layout, so none is drawn again because another changes its size.
-    """
+    """Put the models of each part of a page into the frame that all pages share."""
+    # each has its own layout: none is drawn again because another changes its size
     with document.models.freeze():  # otherwise Bokeh counts all models again for each root
         for part, models in parts.items():
             for model in models:

@@ -228,11 +228,7 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
 
 
 def portrait_command(request: PortraitRequest) -> str:
-    """Return the command that draws a portrait.
-
-    It names a catalog system and the changed parameters if they reproduce the system, else the
-    file `PORTRAIT_FILE`.
-    """
+    """Return the command that draws a portrait: of a changed catalog system, or else of a file."""
     (column,) = request.columns
     system, base = column.system, catalog().get(column.system.name)
     laws = "kind", "law", "law_2"

@@ -1,7 +1,4 @@
-"""The results of a scan, cell by cell, as plain arrays: of an archive, or of a scan under way.
-
-Pictures of them are in `map_view`, orbits in `live_orbit`.
-"""
+"""The results of a scan, cell by cell, as plain arrays: of an archive, or of a scan under way."""
 
 from __future__ import annotations
 
@@ -46,8 +43,7 @@ class Stored:
             the last sampled periods, as many as `MOST_SECTION` allows.
         about: attributes of the archive, its provenance among them; empty for a scan under way.
         path: path of the archive; None for a scan under way.
-        unit: the unit in which frequencies are shown, one of `ratios.UNITS`; None for that in which
-            the request states them.
+        unit: of frequencies as they are shown, one of `ratios.UNITS`; by default the request's.
         blocks: the blocks computed so far, of a scan under way.
     """
 

@@ -1,7 +1,6 @@
 """Maps and diagrams as images: what can be shown, painted cells, legends, and a cell in words.
 
 An image is an array of codes and a palette, so a change of the shown number sends a byte per cell.
-The page of `explore` and that of `report` share all of this.
 """
 
 from __future__ import annotations

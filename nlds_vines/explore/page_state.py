@@ -24,16 +24,12 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import CONTACT, DESCRIBED, INITIAL, PHASE, Parameter, component_of
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
-from nlds_vines.runs.progress import Clock
+from nlds_vines.runs.progress import told
 
 MOST_ORBITS = 40_000  # of a part that is computed finer: about a minute on two processors
 FEWEST = 3  # the fewest cells along each axis
 
-LOADING, READY = "loading the kernels", ""
-COMPILING = "compiling the kernels, once, for half a minute or so"
-"""The states of the kernels, as the page writes them."""
-
-
+LOADING, READY = "loading the kernels", ""  # states of the kernels, as the page writes them
 LAST_SECONDS = 1.0  # seconds for which the end of the command waits for the block under way
 
 Range = tuple[float, float]
@@ -46,15 +42,8 @@ _DECADES = 100.0  # factor to either side of a logarithmic slider
 _WIDE = 2.5  # times the value, the end of a plain slider
 
 
-def compiling(seconds: float) -> str:
-    return COMPILING if seconds < 1.0 else f"{COMPILING}: {seconds:.0f} s so far"
-
-
 def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None) -> Scan:
-    """Return a scan of a part of the map with as many cells as the map has.
-
-    The `ranges` are (low, high) [SI units].  Of more than `MOST_ORBITS` orbits it has fewer cells.
-    """
+    """Return a scan of the part in `ranges` [SI units]; `MOST_ORBITS` limit the number of cells."""
     share = min(1.0, MOST_ORBITS / scan.lanes) ** (1 / len(scan.axes))
     axes = []
     for axis, (low, high) in zip(scan.axes, ranges, strict=True):
@@ -258,7 +247,6 @@ class Opened:
         """Take the results in an archive, or a scan to compute; `unit` as `empty`."""
         self.listeners: list[Callable[[], object]] = []
         self.kernels = LOADING
-        self._clock: Clock | None = None
         self.job: Job | None = None
         if isinstance(source, Stored):
             self.results = source
@@ -304,20 +292,18 @@ class Opened:
 
     def _warm(self) -> None:
         """Follow one orbit, which loads or compiles the kernels, then compute the scan."""
-        from nlds_vines.kernels.numerics.compiling import told_of_compilations
         from nlds_vines.orbits.simulation import IntegrationError
 
+        told.append(self._tell)
         try:
-            with told_of_compilations(self._compiles):
-                cell = self.results.middle
-                system = self.results.system_of(cell)
-                state = self.results.start_of(cell, 0, system).state
-                live_orbit(system, state, self.results.scan)
+            cell = self.results.middle
+            system = self.results.system_of(cell)
+            state = self.results.start_of(cell, 0, system).state
+            live_orbit(system, state, self.results.scan)
         except (RequestError, IntegrationError):
             pass  # the page shows this error if the cell is chosen
         finally:
-            if self._clock is not None:
-                self._clock.stop()
+            told.remove(self._tell)
             gc.freeze()  # modules and kernels stay: no click waits until they are searched
             gc.enable()
         self.kernels = READY
@@ -325,12 +311,8 @@ class Opened:
         if self.job is not None:
             self.job.start()
 
-    def _compiles(self, kernel: object) -> None:
-        if self._clock is None:
-            self._clock = Clock(self._tell, compiling)
-
     def _tell(self, words: str, seconds: float) -> None:
-        self.kernels = words
+        self.kernels = words or LOADING
         self._changed()
 
     def _changed(self) -> None:

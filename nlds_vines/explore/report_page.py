@@ -101,10 +101,7 @@ def _bytes(values: np.ndarray) -> int:
 
 
 def section_points(results: Stored, count: int) -> np.ndarray:
-    """Return the last `count` states of each section, (orbits, count, components).
-
-    Without recorded sections, return the points of the periodic orbits; without these, nothing.
-    """
+    """Return the last states of each section, or else the points of the periodic orbits, if any."""
     if "section" in results:
         states = results.lanes("section")
         return states[:, :, -count:].reshape(-1, min(count, states.shape[2]), states.shape[-1])
@@ -345,10 +342,7 @@ def special_table(result: Continued, results: Stored) -> Table:
 
 
 def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:
-    """Draw a continuation over a map or a diagram.
-
-    Returns the renderers by the quantity shown with them, under "" those that are always visible.
-    """
+    """Draw a continuation; return its renderers by the quantity they belong to, "" for always."""
     components, special = results.scan.system.scene.components, result.special_points
     places, along = map_view.places_of(results), result.request.along.name
     if len(places) == 1:

@@ -60,10 +60,7 @@ def logarithmic(values: np.ndarray) -> bool:
 
 
 def is_list(values: np.ndarray) -> bool:
-    """Return True if ascending `values` (n,) are a list of single values rather than a range.
-
-    A list has up to four values, or up to eight with neither equal distances nor equal ratios.
-    """
+    """Return True if ascending `values` (n,) are few or uneven, so that they are no range."""
     if values.size <= _FEW:
         return True
     return values.size <= _FEW_UNEVEN and not (evenly_spaced(values) or logarithmic(values))

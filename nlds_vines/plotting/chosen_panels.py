@@ -39,12 +39,10 @@ class Drawing(ABC):
         page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
     ) -> Figure:
-        """Return the figure of an open archive.
+        """Return the figure of an open archive; `show` are names, separated by commas.
 
-        Arguments: `show`, names separated by commas, None for the default; the page; `ax`, axes for
-        one panel, by default the main one.
-
-        Raises `RequestError` for what the archive cannot show, and for several panels in `ax`.
+        The axes `ax` take one panel, by default the main one.  Raises `RequestError` for what the
+        archive cannot show, and for several panels in `ax`.
         """
 
     def of(
@@ -64,10 +62,7 @@ class Drawing(ABC):
         show: str | None = None,
         frequency: str | None = None,
     ) -> None:
-        """Draw an archive and save the picture with the hash of its request in the metadata.
-
-        For `frequency` see `count_in`.  Equal archives give equal bytes.
-        """
+        """Draw an archive and save the picture; equal archives give equal bytes."""
         path = Path(plot_path)
         check_format(path)
         with read(archive_path) as view:
@@ -79,13 +74,9 @@ class Drawing(ABC):
 
 @dataclass(frozen=True)
 class Picture(Drawing):
-    """A drawing panel by panel.
+    """A drawing panel by panel: `draw` draws some of them on a page, `fill` one into axes.
 
-    Attributes:
-        panels: the panels of an archive with their meanings, the main one first.
-        draw: returns the figure of an archive with some of the panels, on a page.
-        fill: draws one panel of an archive into axes.
-        usual: returns the default panels of an archive; None for all panels.
+    `panels` returns those of an archive, the main one first, `usual` the default ones, else all.
     """
 
     panels: Callable[[ArchiveView], Mapping[str, str]]

@@ -52,10 +52,7 @@ _CLAUSE = re.compile(r"(?<=[,;:]) ")  # spaces at which a title may be broken
 
 @dataclass(frozen=True)
 class Page:
-    """The size [inches] of a picture for one column of a paper or two; letters have one size.
-
-    Panels and legends stand `beside` each other, or below.
-    """
+    """The size [inches] of a picture; panels and legends stand `beside` each other, or below."""
 
     width: float
     panel: float

@@ -74,10 +74,7 @@ STARTS = (
     *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
     "#555555",
 )
-"""Colors of starts without a color in `_POLICIES`.
-
-The first and the last are too dark for a dark page.
-"""
+"""Colors of other starts; the first and the last are too dark for a dark page."""
 
 
 def axis_label(parameter: str) -> str:

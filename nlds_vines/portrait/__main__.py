@@ -1,7 +1,5 @@
 """`python -m nlds_vines.portrait`."""
 
-import sys
-
 from nlds_vines.portrait.command import main
 
-sys.exit(main())
+raise SystemExit(main())

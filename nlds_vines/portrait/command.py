@@ -152,8 +152,7 @@ class Job(commands.Job):
 
     @classmethod
     def from_options(cls, request: PortraitRequest, options: argparse.Namespace) -> Job:
-        how = running.run_options(options)
-        if how.resume and options.output is None:
+        if options.resume and options.output is None:
             raise RequestError("--resume is for an archive: name it by -o FILE.h5")
         name = _NAME if options.source is None else Path(options.source).stem
         if _is_archive(options.source):
@@ -163,15 +162,10 @@ class Job(commands.Job):
         periods = options.exponents or "0"
         if periods != "0":
             whole("--exponents", int(periods) if periods.isdigit() else periods, 16, 10**7)
-        return cls(
-            request,
-            running.request_path(options.source),
-            ArchivePath.for_result(options.output, _NAME),
-            Path(options.plot or f"{name}.png"),
-            how,
-            csv=running.optional_path(options.csv),
-            exponents=int(periods),
-        )
+        options.plot = options.plot or f"{name}.png"
+        options.csv, options.exponents = running.optional_path(options.csv), int(periods)
+        job: Job = super().from_options(request, options)
+        return job
 
     def carry_out(self, name: str, dry_run: bool) -> int:
         if dry_run:
@@ -197,8 +191,8 @@ class Job(commands.Job):
     def others(self) -> Sequence[Path | None]:
         return (self.csv,)
 
-    def refuse(self, dry_run: bool = False) -> None:
-        super().refuse(dry_run)
+    def refuse(self) -> None:
+        super().refuse()
         running.refuse_replacing("--csv", self.csv, self.how.overwrite)
 
     def results(self) -> Portrait:

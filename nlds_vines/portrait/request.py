@@ -115,14 +115,9 @@ class Column:
 class PortraitRequest(Request):
     """The request of a portrait; validated when it is made, immutable afterwards.
 
-    Arguments:
-        title: one line.
-        columns: one to four; columns of equal systems show windows of one run.
-        panels: of `PANELS`, from top to bottom, without those that no scene here can fill.
-        start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
-        cell: the orbit of an archive's cell, in place of one from `start`.
-
-    The other fields describe themselves.  Raises `RequestError` for an invalid one.
+    Columns of equal systems show windows of one run.  `panels` lacks those that no scene here can
+    fill.  `start` is x1, v1, x2, v2 [m, m/s] of every orbit, None for rest; `cell`, the orbit of an
+    archive's cell, takes its place.
     """
 
     content: ClassVar[str] = PORTRAIT
@@ -243,9 +238,8 @@ class PortraitRequest(Request):
     def document(self) -> dict[str, Any]:
         """Return the request file of this portrait, as nested tables.
 
-        The system is that of the first column; the others set the parameters that differ.  Of a
-        cell's orbit the file has an orbit from `start`.  If the columns differ in more, it can be
-        hashed, but not read.
+        The system is that of the first column; the others set the parameters that differ.  If they
+        differ in more, it can be hashed, but not read.  A cell's orbit becomes one from `start`.
         """
         system = self.columns[0].system
         return {
@@ -384,14 +378,9 @@ def load_portrait(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> PortraitRequest:
-    """Return the validated request of a source.
+    """Return the request of a TOML file, of its content, or of a system or its name.
 
-    Arguments:
-        source: the path of a TOML file (.toml), the name of a system, the nested tables of a file,
-            a `System`, or None for SSul NES Set 6 of the catalog.
-        changes: nested tables that override it entry by entry; `changes_from` names them in errors.
-
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    The `changes` override it entry by entry; `changes_from` names them in errors.
     """
     request = FORM.read(SYSTEM if source is None else source, changes, changes_from)
     times = request.of(Times)

@@ -42,13 +42,10 @@ class View(Outlined):
     """A window of an orbit.
 
     Attributes:
-        column: the system and the window, a range of forcing periods.
         time: times [s] of the states from the start of the orbit, shape (n,).
         states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
             each period, the last at its end.
-        samples: states in each period.
-        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`;
-            empty for a scene without walls.
+        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`.
         period: n of nT, by recurrence of the section to a `tolerance`; 0 if no period of up to
             `longest` recurs.
         comb: n of the nT whose lines do not count as broadband.

@@ -46,8 +46,7 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
 
     Samples end integration steps, so a chaotic orbit, and the length of a chaotic transient, depend
     on `samples` as on any round-off.  All windows of a system therefore come from one run.  The
-    orbit of an archive's cell is that of the scan for any samples.  `quiet` suppresses the notice
-    of a compilation.
+    orbit of an archive's cell is that of the scan for any samples.
 
     Raises `IntegrationError` if an orbit ends early.
     """

@@ -73,15 +73,12 @@ def in_pieces(
 ) -> None:
     """Call `work(begin, end)` for pieces that make up range(lanes), on the threads in use.
 
-    Lanes take very different times: a thread that has finished its piece takes the next one, and
-    the pieces become smaller towards the end, where no thread may be left with a long one.
+    A piece has at least `least` lanes, and `most` where a few may take as long as all others.  As
+    lanes take very different times, a thread that has finished its piece takes the next one, and
+    pieces become smaller towards the end.  The calling thread does its part.
 
-    Arguments: `least` lanes are worth a piece of their own; `most` lanes make a piece where a few
-    lanes may take as long as all others.  Results may not depend on the pieces.
-
-    What a piece raises is raised here, when no thread is at work any more; pieces that are not
-    begun by then never are, nor where the work is abandoned (`interrupts.stoppable`).  The calling
-    thread does its part.
+    What a piece raises is raised here, when no thread is at work any more; no piece is begun after
+    that, nor after the work was abandoned (`interrupts.stoppable`).
     """
     threads = min(threads_in_use(), lanes // max(1, least))
     if threads < 2:

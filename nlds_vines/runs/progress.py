@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -19,20 +19,15 @@ TICK = 1.0  # seconds between looks at the clock while something lasts of which 
 
 # takes what is waited for, and since how many seconds; an empty text when that has ended
 Tell = Callable[[str, float], object]
+told: list[Tell] = []  # of what is under way, the innermost last
 
 
 class Progress:
     """Shows a bar on a terminal and in a notebook, and a line every few seconds elsewhere.
 
-    The pace and the time to go leave out what is waited for (`wait`), such as compiling.
-
-    Arguments:
-        total: pieces of work, None if unknown; unit: the singular of what is counted.
-        done: pieces that were done before; quiet: show nothing.
-        at_most: the work may end earlier, so that no time to go is known.
+    Of a `total` of pieces, None if unknown, `done` were done before; if the work may end earlier
+    (`at_most`), no time to go is known.  Pace and time to go leave out what is waited for (`wait`).
     """
-
-    under_way: ClassVar[list[Progress]] = []
 
     def __init__(
         self, total: int | None, unit: str, *, done: int = 0, quiet: bool = False,
@@ -47,11 +42,11 @@ class Progress:
     def __enter__(self) -> Progress:
         if not self._quiet:
             self._bar = bar(total=self._total, initial=self._done, unit=self._unit)
-        self.under_way.append(self)
+        told.append(self.wait)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.under_way.remove(self)
+        told.remove(self.wait)
         if self._bar is not None:
             self._bar.close()
 
@@ -98,7 +93,7 @@ class Progress:
 
 def notice() -> Tell:
     """Return a `Tell` for Python: that of the innermost progress under way, or a `Notice`."""
-    return Progress.under_way[-1].wait if Progress.under_way else Notice()
+    return told[-1] if told else Notice()
 
 
 class Notice:

@@ -31,7 +31,7 @@ from nlds_vines.archives import archive, files
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import Value, attributes, makers, now
-from nlds_vines.errors import RequestError, printable
+from nlds_vines.errors import RequestError, printable, shown
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import threads_in_use
 
@@ -137,10 +137,12 @@ class Blocks:
             return False
         goes_on = how.resume or how.shard is not None
         with files.in_one_line(f"write {self.path}"):
+            if not (goes_on or how.overwrite) and os.path.lexists(self.path):
+                raise RequestError(
+                    f"output {shown(str(self.path))} exists: --resume continues it, "
+                    "--overwrite replaces it, -o names another file"
+                )
             if not how.overwrite and self.path.exists():
-                if not goes_on:
-                    text = "exists: --overwrite replaces it, -o names another"
-                    raise RequestError(f"{self.path} {text}")
                 if not self._is_ours():
                     text = f"holds another {self.request.content}: --resume cannot continue it"
                     raise RequestError(f"{self.path} {text}")
@@ -153,11 +155,9 @@ class Blocks:
     def carry_out(self, how: Any, work: Callable[[], Write | None]) -> bool:
         """Do the `work` of a run and put its archive in place; return False if it is there already.
 
-        Arguments: `how` as in `begin`; the `work` saves blocks as they are finished, and returns
-        what writes the archive, or None if blocks are missing that others compute.
-
-        Raises `Interrupted` on Ctrl-C and SIGTERM, and `RequestError` if the archive cannot be
-        written; all finished blocks are there for --resume.
+        The work saves blocks as they are finished, and returns what writes the archive, or None if
+        blocks are missing that others compute.  Raises `Interrupted` on a signal and `RequestError`
+        if the archive cannot be written; finished blocks are there for --resume.
         """
         if self.begin(how):
             self._remove()

@@ -1,7 +1,5 @@
 """`python -m nlds_vines.tuning`."""
 
-import sys
-
 from nlds_vines.tuning.command import main
 
-sys.exit(main())
+raise SystemExit(main())

@@ -1,7 +1,4 @@
-"""An archive as comma-separated values, for programs that read no HDF5.
-
-As a command: `nlds-vines export FILE.h5`.
-"""
+"""An archive as comma-separated values: `nlds-vines export FILE.h5`."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""A finished archive opened and drawn: of a scan, a tuning, transients, branches, an orbit.
-
-As a command: `nlds-vines plot FILE.h5`.
-In Python: `nlds_vines.plot(archive)`, `nlds_vines.open_archive(path)`.
-"""
+"""A finished archive opened or drawn: `nlds-vines plot FILE.h5`, `nv.plot`, `nv.open_archive`."""
 
 from __future__ import annotations
 

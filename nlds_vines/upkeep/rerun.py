@@ -1,7 +1,4 @@
-"""Repeat what an archive holds, and compare the results.
-
-As a command: `nlds-vines rerun FILE.h5`.
-"""
+"""What an archive holds repeated, and the results compared: `nlds-vines rerun FILE.h5`."""
 
 from __future__ import annotations
 

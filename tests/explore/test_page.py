@@ -22,12 +22,13 @@ from nlds_vines.explore import live_page as page_module
 from nlds_vines.explore.figures import BODY, OrbitFigures
 from nlds_vines.explore.live_page import Page
 from nlds_vines.explore.map_data import stored
-from nlds_vines.explore.page_state import COMPILING, LOADING, READY, Opened, compiling
+from nlds_vines.explore.page_state import LOADING, READY, Opened
 from nlds_vines.explore.report_page import report_page
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.plotting.palette import DAMPERS, short
 from nlds_vines.portrait.request import load_portrait
+from nlds_vines.runs.progress import Notice, notice
 
 
 class Seen:
@@ -285,19 +286,25 @@ def test_what_is_saved_is_what_is_seen(seen, tmp_path):
     assert seen.file("portrait.png").startswith(b"\x89PNG")
 
 
-def test_the_page_says_what_the_kernels_do(small_map):
+def test_the_page_says_what_the_kernels_do(small_map, monkeypatch):
     opened = Opened(stored(small_map))
     seen = Seen(opened)
     assert seen.page.state.text == LOADING
-    opened._compiles(None)
-    seen.settle()
-    assert seen.page.state.text == COMPILING
-    opened._tell(compiling(7.3), 7.3)
-    seen.settle()
-    assert seen.page.state.text == f"{COMPILING}: 7 s so far"
+    states = []
+
+    def orbit(*_):
+        tell = notice()
+        for words in ("compiling: about 30 s", "compiling: about 23 s to go", ""):
+            tell(words, 7.3)
+            seen.settle(lambda _: not seen.calls)
+            states.append(seen.page.state.text)
+
+    monkeypatch.setattr("nlds_vines.explore.page_state.live_orbit", orbit)
     opened._warm()
+    assert states == ["compiling: about 30 s", "compiling: about 23 s to go", LOADING]
     seen.settle()
     assert seen.page.state.text == ""
+    assert isinstance(notice(), Notice)
     seen.page.close()
 
 

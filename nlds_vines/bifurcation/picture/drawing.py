@@ -20,9 +20,8 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
 from nlds_vines.bifurcation.picture.maps import (
-    basin_picture,
+    draw_basins,
     draw_manifold,
-    fill_basin_panel,
     fill_map,
     name_regimes,
     regime_map,
@@ -209,10 +208,11 @@ class ScanPicture(Drawing):
         if show is not None:
             choices.check_show(show, values, view["start"].size, recorded, labeled)
         plain = len(values) == 1 or choices.is_map(values)
-        if show == choices.BASINS or (show is None and plain and not why_no_basins(view)):
-            if ax is None:
-                return basin_picture(view, page)
-            return into(ax, lambda: fill_basin_panel(ax, view))
+        without = why_no_basins(view)
+        if show == choices.BASINS and without:
+            raise RequestError(f"{view.path}: show = {show!r}: {without}")
+        if show == choices.BASINS or (show is None and plain and not without):
+            return draw_basins(view, page, ax)
         if not choices.is_map(values):
             if self.manifold:
                 raise RequestError(

@@ -10,19 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle, pairwise
 from typing import Any, NamedTuple
 
-import matplotlib
 import numpy as np
-from matplotlib import rcParams
+from matplotlib import colormaps, rcParams
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.colors import (
-    BoundaryNorm,
-    Colormap,
-    LinearSegmentedColormap,
-    ListedColormap,
-    LogNorm,
-    Normalize,
-)
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
@@ -55,6 +47,7 @@ from nlds_vines.plotting.page import (
     TWO_COLUMNS,
     Page,
     add_legend,
+    figure_of,
     finish,
     new_figure,
     size_of,
@@ -124,13 +117,13 @@ def fill_map(axes: Axes, view: ArchiveView, show: str) -> None:
         codes = view[show].max(axis=-1)  # of several starts the highest
         colors = dict(zip(sorted(flags), cycle(palette.COUNTS), strict=False))  # pale to dark
         present = sorted(set(codes.ravel().tolist()))
-        looks = {code: colors.get(code, NO_VALUE) for code in present}
-        fill_classes(axes, view, codes, present, [*looks.values()])
-        handles = []
-        for code, color in looks.items():
-            name = flags.get(code, "none").partition(".")[0]
-            name = name.replace("_to_", ":").replace("_", " ")
-            handles.append(Patch(facecolor=color, label=name, **frame))
+        fill_classes(axes, view, codes, present, [colors.get(n, NO_VALUE) for n in present])
+        names = {code: word.partition(".")[0] for code, word in flags.items()}
+        names = {n: word.replace("_to_", ":").replace("_", " ") for n, word in names.items()}
+        handles = [
+            Patch(facecolor=colors.get(n, NO_VALUE), label=names.get(n, "none"), **frame)
+            for n in present
+        ]
         several = f", highest of {starts} starts" if starts > 1 else ""
         add_map_legend(axes, handles, clause(view.long_name(show)) + several)
     else:
@@ -331,7 +324,7 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
     Settling times and errors become shades by logarithm, as do positive values that span decades.
     Signed values have two-sided shades whose middle is zero; of one sign alone, that half of them.
     """
-    values, plain, scale = shown.compressed(), matplotlib.colormaps[SHADES], scale_of(name)
+    values, plain, scale = shown.compressed(), colormaps[SHADES], scale_of(name)
     if scale == PERIOD:
         most = len(palette.RAMP)
         bounds = np.arange(most + 1) + 0.5
@@ -356,7 +349,7 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
         return plain, Normalize()
     # a step of the number is the same step of color on either side of zero; what lies beyond an end
     # of the scale has the color of that end
-    two_sided = matplotlib.colormaps[_TWO_SIDED]
+    two_sided = colormaps[_TWO_SIDED]
     values = np.maximum(values, -1.0) if name == REDUCTION else values
     low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
     if low < 0.0 < high:
@@ -364,10 +357,9 @@ def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, 
         ends = max(low, -reach), min(high, reach)
         part = np.linspace(*ends, 256) / reach
         places = 0.5 + np.where(part < 0.0, 0.5, _LIGHTER) * part
-        return LinearSegmentedColormap.from_list("signed", two_sided(places)), Normalize(*ends)
+        return ListedColormap(two_sided(places)), Normalize(*ends)
     shades = np.linspace(0.5, 1.0, 256) if high > 0.0 else np.linspace(0.0, 0.5, 256)
-    half = LinearSegmentedColormap.from_list("half", two_sided(shades))
-    return half, Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
+    return ListedColormap(two_sided(shades)), Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
 
 
 _MOST, _COLUMNS = 6, 2  # small maps of one picture, and of one row
@@ -494,41 +486,30 @@ def _parameters(view: ArchiveView) -> list[str]:
 
 
 @styled()
-def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
-    """Return the figure of a scan's basins.
+def draw_basins(view: ArchiveView, page: Page = TWO_COLUMNS, ax: Axes | None = None) -> Figure:
+    """Return the figure of a scan's basins, unless `why_no_basins` says that it has none.
 
     Over two initial conditions it is a map, along a parameter the shares of the attractors; over
-    one of each both, one above the other.  Raises `RequestError` for any other scan.
+    one of each both, one above the other, of which axes `ax` have the map.
     """
-    if why := why_no_basins(view):
-        raise RequestError(f"{view.path}: show = 'basins': {why}")
     varied, has_map = _parameters(view), len(view.axes) == 2
-    figure, grid = new_figure(page, [page.map_height] * (has_map + len(varied)))
-    panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
+    grid, panels = None, [ax] if ax is not None else []
+    if not panels:
+        figure, grid = new_figure(page, [page.map_height] * (has_map + len(varied)))
+        panels = [figure.add_subplot(grid[row]) for row in range(grid.nrows)]
     if has_map:
         handles, names, shades = fill_basins(panels[0], view)
-    if varied:
+    if varied and (grid is not None or not has_map):
         handles = fill_shares(panels[-1], view)
     add_map_legend(panels[-1], handles, "attractor")
-    if len(panels) > 1 and view.axes[0] == varied[0]:
-        panels[1].set_xlim(panels[0].get_xlim())
-    write_letters(panels)
-    finish(figure, grid, view.text("title"))
+    if grid is not None:
+        if len(panels) > 1 and view.axes[0] == varied[0]:
+            panels[1].set_xlim(panels[0].get_xlim())
+        write_letters(panels)
+        finish(figure, grid, view.text("title"))
     if has_map:
         name_regions(panels[0], view, names, shades)
-    return figure
-
-
-def fill_basin_panel(axes: Axes, view: ArchiveView) -> None:
-    """Draw the map, or else the shares, into axes; errors as `basin_picture`."""
-    if why := why_no_basins(view):
-        raise RequestError(f"{view.path}: show = 'basins': {why}")
-    if len(view.axes) == 1:
-        add_map_legend(axes, fill_shares(axes, view), "attractor")
-        return
-    handles, names, shades = fill_basins(axes, view)
-    add_map_legend(axes, handles, "attractor")
-    name_regions(axes, view, names, shades)
+    return figure_of(panels[0])
 
 
 def fill_basins(axes: Axes, view: ArchiveView) -> tuple[list[Any], np.ndarray, dict[str, str]]:

@@ -59,10 +59,6 @@ class Page:
     map_height: float
     beside: bool
 
-    @property
-    def across(self) -> float:  # about the width of the panels of a diagram
-        return self.width - _LEFT - _RIGHT
-
 
 # a picture over both columns, or over the width of a report, and one for one column of a paper
 TWO_COLUMNS = Page(width=WIDTH, panel=4.4 * CM, map_height=8.8 * CM, beside=True)

@@ -148,8 +148,11 @@ def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch
     runs = bands.bands(np.arange(6.0), np.array(["T,1", "T,0"] * 3, dtype=object))
     for inside in (False, True):
         assert measured == []
-        strip = diagram.Strip([runs] if inside else [runs, runs], (0.0, 5.0), 400.0)
-        assert strip.inside == (runs if inside else [])
+        axes = Figure(figsize=(6, 2)).add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_xlim(0.0, 5.0)
+        assert diagram.draw_strip(axes, [runs] if inside else [runs, runs]) == []
+        inner = [text for text in axes.texts if text.get_rotation() == 0.0]
+        assert len(inner) == (len(runs) if inside else 0)
     assert sorted(measured) == ["T,0", "T,1"]
 
 

@@ -112,10 +112,10 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     for place in sorted(range(len(tiers)), key=lambda place: not tiers[place].quantity):
         axes[place] = figure.add_subplot(grid[place], sharex=next(iter(axes.values()), None))
     rows, limits = [axes[place] for place in range(len(tiers))], edges(cuts[0].values)[[0, -1]]
-    panels: dict[str, list[Axes]] = {}
+    panels, left_out = dict[str, list[Axes]](), list[str]()
     for tier, row in zip(tiers, rows, strict=True):
         row.set_xlim(*limits)
-        tier.draw(row)
+        left_out += tier.draw(row) or []
         row.set_xlim(*limits)
         row.tick_params(top=bool(tier.quantity), labelbottom=row is rows[-1])
         if tier.quantity:
@@ -137,7 +137,7 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
         panel.set_ylabel(drawn[_ENERGY].label, color=GREEN)
         panel.tick_params(axis="y", colors=GREEN)
         panel.spines["right"].set_color(GREEN)
-    handles = [*legend_of_panel(cuts, shown), *legend_of_strips(cuts, page)]
+    handles = [*legend_of_panel(cuts, shown), *legend_of_strips(cuts, left_out)]
     if handles:
         add_legend(rows[-1], handles, "below")
     finish(figure, grid, view.text("title"))
@@ -473,54 +473,42 @@ _PADDING = 3  # pt on either side of a name inside its band
 _NARROWEST = 0.5  # pt, least width of a band that is named: a narrower one is invisible
 _LINES = 14  # pt between the strip and the names above it
 _FARTHEST = 45  # pt between a name and the band that it names
-_HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
+_SETTING_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
 _MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
 
 
 @dataclass(frozen=True)
 class Tier:
     height: float  # inches
-    draw: Callable[[Axes], None]
+    draw: Callable[[Axes], list[str] | None]  # a strip returns the labels that it does not name
     quantity: str = ""  # of a panel, which share the scale of one; empty for a strip
 
 
-def _rows_of_bands(cut: Slice) -> list[list[list[Band]]]:
-    """Return the rows of bands of each strip of a slice: one row a start, or all starts as a stack.
+def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> list[str]:
+    """Draw the strip of a start, or a stack of all starts, as `draw_strip` does.
 
     The labels of a stack are sorted within each cell, in the order of legends; those of orbits that
     pass the limit end in `INADMISSIBLE`.
     """
-    labels = cut.labels()
-    if labels is None:
-        return []
-    labels = np.where(cut.violated(), labels + palette.INADMISSIBLE, labels)
-    if len(cut.starts) <= MOST_STRIPS:
-        return [[bands(cut.values, column)] for column in labels.T]
-    words = palette.ordered(labels.ravel().tolist())
-    rank = {word: place for place, word in enumerate(words)}
-    ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
-    return [[bands(cut.values, column) for column in np.array(words, dtype=object)[ranks].T]]
-
-
-def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
-    strips, lift = _rows_of_bands(cut), 0.0
-    if not strips:
-        axes.set_axis_off()
-    else:
+    labels, rows, starts = cut.labels(), list[list[Band]](), cut.starts
+    if labels is not None:
+        labels = np.where(cut.violated(), labels + palette.INADMISSIBLE, labels)
+        if len(starts) <= MOST_STRIPS:
+            labels = labels[:, start : start + 1]
+        else:
+            words = palette.ordered(labels.ravel().tolist())
+            rank = {word: place for place, word in enumerate(words)}
+            ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
+            labels = np.array(words, dtype=object)[ranks]
+        rows = [bands(cut.values, column) for column in labels.T]
         if logarithmic(cut.values):
             axes.set_xscale("log")
-        strip = draw_strip(axes, strips[start])
-        if len(strips) > 1:
-            axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
-        names = [palette.short(band.label) for band in strip.above]
-        if any(strip.place(band.low) <= _HELD_WIDTH for band in strip.above):
-            lift = _LINES + max(text_width(name, _SIZE) for name in names)
-    if cut.constant_setting and start == 0:
-        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        axes.annotate(cut.constant_setting, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
+        if 1 < len(starts) <= MOST_STRIPS:
+            axes.set_ylabel(starts[start], rotation=0, ha="right", va="center")
+    return draw_strip(axes, rows, cut.constant_setting if start == 0 else "")
 
 
-def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
+def legend_of_strips(cuts: Sequence[Slice], left_out: Sequence[str]) -> list[Any]:
     """Return entries of a legend: how long chaos was watched; regimes that no strip names."""
     handles: list[Any] = []
     labeled = [cut for cut in cuts if cut.labels() is not None]
@@ -528,12 +516,6 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     if not is_one_stack and any(np.any(cut.labels() == CHAOS) for cut in labeled):
         text = in_legend(CHAOS, labeled[0].view)
         handles.append(Patch(facecolor=palette.OTHERS[CHAOS], label=text))
-    left_out = []
-    for cut in labeled:
-        low, high = edges(cut.values)[[0, -1]].tolist()
-        for rows in _rows_of_bands(cut):
-            strip = Strip(rows, (low, high), 72 * page.across, logarithmic(cut.values))
-            left_out += strip.left_out
     words = palette.in_order({palette.drawn_as(word) for word in left_out})
     for word in words[:_MOST_LEFT_OUT]:
         label = palette.example_of(word)
@@ -544,85 +526,75 @@ def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
     return handles
 
 
-class Strip:
-    """The positions of the names of a strip: inside the bands of a single row, or upright above it.
+def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]], setting: str = "") -> list[str]:
+    """Draw rows of bands, from below, in the colors of their regimes, and name the regimes.
 
-    A regime whose name fits into none of its bands is named once, above the widest of them.  If
-    names would be far from their bands, the narrowest are `left_out`, for a legend.  `points` is
-    the width of the axis, whose limits are `ends`.
+    Names stand inside the bands of a single row, or upright above the strip: a regime whose name
+    fits into none of its bands is named once, above the widest of them.  If names would be far from
+    their bands, the narrowest are left out, and their labels are returned, for a legend.  The value
+    `setting` at which another parameter is held stands over all, also without rows.
     """
-
-    def __init__(
-        self,
-        rows: Sequence[Sequence[Band]],
-        ends: tuple[float, float],
-        points: float,
-        log: bool = False,
-    ) -> None:
-        self._ends, self._points, self._log = ends, points, log
-        every = [band for row in rows for band in row]
-        single = every if len(rows) == 1 else []
-        names = {band.label: palette.short(band.label) for band in single}
-        rooms = {label: text_width(name, _SIZE) + 2 * _PADDING for label, name in names.items()}
-        self.inside = [band for band in single if rooms[band.label] <= self._extent(band)]
-        named = {band.label for band in self.inside}
-        beside = [band for band in every if band.label not in named]
-        beside = [band for band in beside if self._extent(band) >= _NARROWEST]
-        widest = {band.label: band for band in sorted(beside, key=self._extent)}
-        self.above = sorted(widest.values(), key=lambda band: band.center)
-        self.left_out: list[str] = []
-        while self.above:
-            if len(self.above) * _PITCH <= points:
-                middles = np.array([self.middle(band) for band in self.above])
-                farthest = float(np.abs(self.places(self.above) - middles).max()) * points
-                if farthest <= _FARTHEST:
-                    break
-            narrowest = min(self.above, key=self._extent)
-            self.above.remove(narrowest)
-            self.left_out.append(narrowest.label)
-
-    def place(self, value: float) -> float:
-        """Return the position of a value, as a fraction of the axis."""
-        low, high, at = np.log((*self._ends, value)) if self._log else (*self._ends, value)
-        return float((at - low) / (high - low))
-
-    def places(self, named: Sequence[Band]) -> np.ndarray:
-        """Return the positions of the names of bands, from the left, as fractions of the axis."""
-        pitch = _PITCH / self._points
-        return spread([self.middle(band) for band in named], pitch, pitch / 2, 1.0 - pitch / 2)
-
-    def middle(self, band: Band) -> float:
-        return (self.place(band.low) + self.place(band.high)) / 2
-
-    def _extent(self, band: Band) -> float:
-        return self._points * (self.place(band.high) - self.place(band.low))
-
-
-def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]]) -> Strip:
-    """Draw rows of bands, from below, in the colors of their regimes, and name the regimes."""
-    for place, row in enumerate(rows):
+    for row_number, row in enumerate(rows):
         for band in row:
             look = palette.patch_look(band.label, palette.color_of(band.label))
-            corner = band.low, place / len(rows)
+            corner = band.low, row_number / len(rows)
             axes.add_patch(Rectangle(corner, band.width, 1 / len(rows), **look))
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     axes.tick_params(which="both", bottom=False, labelbottom=False)
-    strip = Strip(rows, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log")
-    for band in strip.inside:
+    if not rows:
+        axes.set_axis_off()
+    ends, points, is_log = axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log"
+
+    def place(value: float) -> float:
+        """Return the position of a value, as a fraction of the axis."""
+        low, high, at = np.log((*ends, value)) if is_log else (*ends, value)
+        return float((at - low) / (high - low))
+
+    def extent(band: Band) -> float:
+        return points * (place(band.high) - place(band.low))
+
+    def middle(band: Band) -> float:
+        return (place(band.low) + place(band.high)) / 2
+
+    every = [band for row in rows for band in row]
+    single = every if len(rows) == 1 else []
+    names = {band.label: palette.short(band.label) for band in single}
+    rooms = {label: text_width(name, _SIZE) + 2 * _PADDING for label, name in names.items()}
+    inside = [band for band in single if rooms[band.label] <= extent(band)]
+    for band in inside:
         color = palette.color_of(band.label)
         look = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
         if palette.hatch_of(band.label):  # a plain background for the name
             look["bbox"] = {"facecolor": color, "edgecolor": "none", "pad": 1.0}
         look |= {"color": "white" if palette.is_dark(color) else "black"}
-        name = palette.short(band.label)
-        axes.text(strip.middle(band), 0.5, name, transform=axes.transAxes, **look)
-    above = offset_copy(axes.transAxes, figure_of(axes), 0.0, _LINES, units="points")
+        axes.text(middle(band), 0.5, names[band.label], transform=axes.transAxes, **look)
+    named = {band.label for band in inside}
+    beside = [b for b in every if b.label not in named and extent(b) >= _NARROWEST]
+    widest = {band.label: band for band in sorted(beside, key=extent)}
+    above = sorted(widest.values(), key=lambda band: band.center)
+    left_out, pitch = list[str](), _PITCH / points
+    while above:
+        if len(above) * _PITCH <= points:
+            middles = np.array([middle(band) for band in above])
+            places = spread(middles.tolist(), pitch, pitch / 2, 1.0 - pitch / 2)
+            if float(np.abs(places - middles).max()) * points <= _FARTHEST:
+                break
+        narrowest = min(above, key=extent)
+        above.remove(narrowest)
+        left_out.append(narrowest.label)
+    high = offset_copy(axes.transAxes, figure_of(axes), 0.0, _LINES, units="points")
     look = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
-    look |= {"xycoords": "axes fraction", "textcoords": above, "annotation_clip": False}
+    look |= {"xycoords": "axes fraction", "textcoords": high, "annotation_clip": False}
     arms = "arc,angleA=-90,angleB=90,armA=3,armB=3,rad=0"  # points
     look["arrowprops"] = {"arrowstyle": "-", "connectionstyle": arms, "shrinkA": 0, "shrinkB": 0}
     look["arrowprops"] |= {"color": "#555555", "linewidth": 0.4, "relpos": (0.5, 0.0)}
-    for band, place in zip(strip.above, strip.places(strip.above), strict=True):
-        axes.annotate(palette.short(band.label), (strip.middle(band), 1.0), (place, 1.0), **look)
-    return strip
+    for band, at in zip(above, places if above else (), strict=True):
+        axes.annotate(palette.short(band.label), (middle(band), 1.0), (at, 1.0), **look)
+    if setting:
+        lift = 0.0
+        if any(place(band.low) <= _SETTING_WIDTH for band in above):
+            lift = _LINES + max(text_width(palette.short(band.label), _SIZE) for band in above)
+        look = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        axes.annotate(setting, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)
+    return left_out

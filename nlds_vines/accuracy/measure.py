@@ -156,11 +156,10 @@ def equation(system: System) -> Callable[..., list[float]]:
 
 
 def reference(system: System, periods: int) -> Reference:
-    """Return the reference orbit of a system, from rest.
+    """Return the reference orbit of a system, from rest; `RequestError` if there is none.
 
-    Raises `RequestError` if two methods contradict each other by more than `BELIEVED` times the
-    growth of a disturbance: in long chaos there is nothing to measure an error against; and if the
-    orbit cannot be followed.
+    In long chaos two methods contradict each other by more than `BELIEVED` times the growth of a
+    disturbance, and there is nothing to measure an error against.
     """
     try:
         state = simulate(system, periods, record=SECTION, **FINEST).state

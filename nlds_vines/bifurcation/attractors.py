@@ -222,10 +222,7 @@ def _distances(one: Attractor, other: Attractor, unit: np.ndarray) -> list[np.nd
 def _join(
     attractors: Sequence[Attractor], distances: np.ndarray, lanes: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
-    """Assign the ends `left` to the nearest attractors, if near enough; return the remaining ends.
-
-    `distances` has the shape (left, attractors); `lanes` are the numbers of all ends.
-    """
+    """Assign the ends `left` to attractors that are near enough; return the remaining ones."""
     nearest = distances.argmin(axis=1)
     least = distances[np.arange(left.size), nearest]
     joins = least <= np.array([attractor.cut for attractor in attractors])[nearest]
@@ -237,11 +234,7 @@ def _join(
 
 
 def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[int, int]:
-    """Return the numbers of attractors `now`, by their index, that continue one `before`.
-
-    It is the cheapest assignment.  A pair is accepted if its step is small beside the distances of
-    the other attractors of both systems.
-    """
+    """Return the numbers of attractors `now`, by index, that continue one `before`."""
     if not before or not now:
         return {}
     numbers = list(before)
@@ -250,6 +243,7 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
         unit = np.maximum(before[number].unit, one.unit)
         steps[i, j] = max(each.mean() for each in _distances(before[number], one, unit))
     pairs = dict[int, int]()
+    # of the cheapest assignment, steps that are small beside the distances of other attractors
     for i, j in zip(*linear_sum_assignment(steps), strict=True):
         others = [*np.delete(steps[i], j), *np.delete(steps[:, j], i), FAR / NEAR]
         if steps[i, j] <= NEAR * min(others):
@@ -258,10 +252,7 @@ def matched(before: Mapping[int, Attractor], now: Sequence[Attractor]) -> dict[i
 
 
 class Numbering:
-    """Numbers attractors in one system of a grid of parameters after another.
-
-    An orbit that is carried on from the attractor of a number is the lane ~number.
-    """
+    """Numbers attractors in one system of a grid of parameters after another."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._shape = shape
@@ -275,10 +266,7 @@ class Numbering:
         return {number: one for number, one in beside.items() if number not in continued}
 
     def _beside(self) -> dict[int, Attractor]:
-        """Return the attractors one step before the next system along each parameter.
-
-        If several have one number, that of the system before along the last parameter is returned.
-        """
+        """Return the attractors one step before; of equal numbers that of the last parameter."""
         place = np.unravel_index(len(self.table), self._shape) if self._shape else ()
         neighbors = dict[int, Attractor]()
         for axis, index in enumerate(place):
@@ -287,14 +275,12 @@ class Numbering:
         return neighbors
 
     def give(self, attractors: Sequence[Attractor]) -> None:
-        """Number the attractors of the next system.
-
-        An attractor gets the number of a neighbor whose section is close, or from which an orbit
-        came; else of one that existed earlier; else a new one.
-        """
+        """Number the attractors of the next system."""
         beside = self._beside()
         earlier = {k: attractor for k, attractor in self._last.items() if k not in beside}
         numbers, left = dict[int, Attractor](), list(attractors)
+        # the number of a close neighbor, of one from which an orbit was sent (the lane ~number), or
+        # of an earlier one that is close
         for before in (beside, {}, earlier):
             pairs = matched(before, left)
             for place, attractor in enumerate([] if before else left):
@@ -354,10 +340,7 @@ class OrbitEnds:
     def arrays(
         self, cells: np.ndarray, starts: np.ndarray, places: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Return the datasets of orbits by name, (n, 1, ...) each; attractors are not numbered yet.
-
-        `places` (n,) are those of the `cells` (n,) in the scan.
-        """
+        """Return the datasets of orbits, (n, 1, ...) each; attractors are not numbered yet."""
         systems = systems_of(self.scan, places)
         self._learn(cells, systems)
         labels, states, arrival, status = self._stopped(cells, starts, systems, self._known)
@@ -378,7 +361,7 @@ class OrbitEnds:
             arrival[late] = self._stopped(cells[late], starts[late], late, cycles)[2]
         labels[status != OK] = "failed"
         values_by_name = {
-            "attractor": np.full(len(cells), -1, np.int32),
+            "attractor": np.full(len(cells), -1, np.int32),  # numbered when all orbits have ended
             "arrival": arrival,
             "label": labels,
             "status": status,
@@ -430,23 +413,20 @@ class OrbitEnds:
         return Cycle(label, points, weights)
 
     def _learn(self, cells: np.ndarray, systems: np.ndarray) -> None:
-        """Store the cycles on which a sample of starts ends, the same starts in each new system.
-
-        Orbits come nearer to a cycle within the radius that is stored with it.
-        """
+        """Store the cycles on which a sample of starts ends, the same starts in each new system."""
         scan, size = self.scan, sample_size(self.scan)
         numbers, first = np.unique(systems, return_index=True)
         is_new = np.array([number not in self._known for number in numbers.tolist()], bool)
         if not size or not is_new.any():
             return
         new = cells[first[is_new]]
-        sides = [axis.values.size for axis in scan.axes if axis not in scan.parameters]
-        chosen = np.random.default_rng(0).permutation(prod(sides) * scan.starts)[:size]
-        *places, lanes = np.unravel_index(np.tile(chosen, len(new)), (*sides, scan.starts))
-        along = iter(places)
-        where = [0 * lanes if axis in scan.parameters else next(along) for axis in scan.axes]
+        sides = [1 if axis in scan.parameters else axis.values.size for axis in scan.axes]
+        shape = (*sides, scan.starts)
+        chosen = np.random.default_rng(0).permutation(prod(shape))[:size]
+        *places, lanes = np.unravel_index(np.tile(chosen, len(new)), shape)
         repeated = np.repeat(new, size)
-        ends = self.judged(repeated, own_states(scan, repeated, where, lanes, tell=self._tell))
+        starts = own_states(scan, repeated, scan.initial(places), lanes, tell=self._tell)
+        ends = self.judged(repeated, starts)
         closed = np.array([period_of(label) > 0 for label in ends.labels]) & (ends.status == OK)
         for i, number in enumerate(numbers[is_new].tolist()):
             some = np.flatnonzero(closed[i * size : (i + 1) * size]) + i * size
@@ -485,11 +465,7 @@ class OrbitEnds:
         systems: np.ndarray,
         cycles_by_system: Mapping[int, Sequence[Cycle]],
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Follow orbits until they come near cycles of their systems.
-
-        Returns the cycle's label (n,), "" if there is none, a point of it (n, 4), the periods until
-        then, -1 if there is none, and the status.
-        """
+        """Follow orbits to cycles of their systems; return label, point, arrival and status."""
         owners, number = np.unique(systems, return_inverse=True)
         per_system = [cycles_by_system.get(int(owner), ()) for owner in owners]
         cycles = [cycle for group in per_system for cycle in group]
@@ -590,11 +566,12 @@ class AttractorTable:
         self.scales = [*state_scales(len(components)), counted]
 
     def _contents(self) -> Iterator[tuple[Dataset, np.ndarray]]:
-        scene, attractors = self._scan.system.scene, [attractor for *_, attractor in self._rows]
+        scan, scene = self._scan, self._scan.system.scene
+        attractors = [attractor for *_, attractor in self._rows]
         systems = np.array([system for system, *_ in self._rows])
         numbers = np.array([number for _, number, _ in self._rows])
         where = (*np.unravel_index(systems, self._shape), numbers) if self._shape else (numbers,)
-        dims = (*(axis.name for axis in self._scan.parameters), NUMBER)
+        dims = (*(axis.name for axis in scan.parameters), NUMBER)
         cells, states = self._cells[systems], np.array([one.state for one in attractors])
         periods = np.array([attractor.period for attractor in attractors])
 
@@ -630,13 +607,13 @@ class AttractorTable:
         starts = states.copy()
         for i, one in enumerate(attractors):
             if not one.period and one.lanes[0] >= 0:
-                place, lane = np.divmod(one.lanes[:1], self._scan.starts)
-                at = np.unravel_index(place, self._scan.shape)
-                starts[i] = own_states(self._scan, cells[i : i + 1], at, lane)[0]
+                place, lane = np.divmod(one.lanes[:1], scan.starts)
+                at = np.unravel_index(place, scan.shape)
+                starts[i] = own_states(scan, cells[i : i + 1], scan.initial(at), lane)[0]
         energies = np.empty((len(attractors), 2))
         for n in np.unique(periods).tolist():
             some = np.flatnonzero(periods == n)
-            span = (0, n) if n else (self._scan.transient, self._scan.periods)
+            span = (0, n) if n else (scan.transient, scan.periods)
             outputs = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span)
             energies[some] = outputs.buffers.energy[:, 0]
         for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
@@ -644,7 +621,7 @@ class AttractorTable:
         counts = np.array([np.count_nonzero(one.lanes >= 0) for one in attractors])
         text = "share of the cells and starts that are drawn to the attractor"
         entry = Dataset.real("attractor_share", dims, "1", text)
-        yield filled(entry, counts * prod(self._shape) / self._scan.lanes)
+        yield filled(entry, counts * prod(self._shape) / scan.lanes)
         text = "factor by which the distance that divides attractors may change without effect"
         entry = Dataset.real("attractor_margin", dims, "1", text)
         yield filled(entry, [one.margin for one in attractors])

@@ -50,10 +50,7 @@ class Block:
 
 
 def blocks_of(request: Any, shard: Shard | None = None) -> list[Block]:
-    """Return the blocks of a `Scan`, or of one shard of it; those of a `CurveRequest` by case.
-
-    If orbits follow an attractor along the last axis, that axis stays whole.
-    """
+    """Return the blocks of a `Scan`, of one shard of it, or of a `CurveRequest` case by case."""
     blocks: list[Block] = []
     for case, scan in enumerate(request.scans):
         sides = [] if scan is request else [[(case, case + 1)]]

@@ -82,11 +82,7 @@ def table_of(
     periods: int,
     spectral: SpectralRecords | None,
 ) -> Table:
-    """Return the datasets of a scan that `want` asks for, and `status`.
-
-    Impacts and clearances exist only in scenes with a wall, the damper's energy only with a damper.
-    Lengths of dimensions are counted without making their values.
-    """
+    """Return the datasets of a scan that `want` asks for, and `status`."""
     dims, walls = (*(axis.name for axis in axes), "start"), struck(scene)
     datasets: list[Dataset] = []
     for entry in recorded(scene, want):
@@ -96,6 +92,7 @@ def table_of(
             if entry.name == "impact_wall":  # 0 is the near wall
                 flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
             datasets.append(entry.dataset((*dims, *tail), scene, flags))
+    # lengths are counted without making the values of dimensions
     size, touches = len(scene.components), records.touches_noted(want, scene, periods)
     lengths = {axis.name: axis.values.size for axis in axes}
     lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
@@ -291,10 +288,7 @@ class Scan(Request):
         return tuple(axis for axis in self.axes if axis.name not in INITIAL)
 
     def initial(self, where: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the components of the state, and the phase, that axes set: (n,) each, by name.
-
-        `where` are the places (n,) of cells along each axis.
-        """
+        """Return the parts of the state and the phase, (n,) each, that axes set at places (n,)."""
         if self.sampled is not None:
             columns = self.sampled.columns.items()
             return {component_of(k): v[where[0]] for k, v in columns if k in INITIAL}

@@ -163,12 +163,7 @@ class Case(Outlined):
 
 @dataclass(frozen=True, repr=False)
 class CurveRequest(Request):
-    """Response curves of several cases; checked when made, immutable afterwards.
-
-    Raises `RequestError` for cases that cannot stand in one archive and picture: along different
-    parameters or values, with a start policy not in `CURVE_STARTS`, or with a quantity in `show`
-    that no curve has; and for options of the figure that do not fit.
-    """
+    """Response curves of several cases; checked when made, immutable afterwards."""
 
     content: ClassVar[str] = RESPONSE_CURVES
 
@@ -345,11 +340,7 @@ Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | C
 
 
 def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
-    """Return the request of a source; for systems, with each structure alone before them.
-
-    `changes` override the source, and `systems` among them replace its cases; `where` names them in
-    messages of errors.
-    """
+    """Return the request of a source; for systems, with each structure alone before them."""
     systems: Sequence[Any] = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
     is_document = isinstance(source, CurveRequest | Mapping)
@@ -438,10 +429,7 @@ def load_curves(
 
 
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
-    """Return a request of one panel with each structure alone before the dampers.
-
-    A structure is not added if it is already a case, or if it lacks the varied parameter, as k2.
-    """
+    """Return a request of one panel with each structure alone before the dampers."""
     allowed, title = SCENES["none"].allowed, catalog()["none"].title
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
     for scan in (case.scan for case in request.cases):
@@ -515,10 +503,7 @@ class ResponseCurve(Outlined):
         return int(np.count_nonzero(self.numbers["status"] > 0)) if "status" in self.numbers else 0
 
     def cycles(self, start: int = 0) -> np.ndarray:
-        """Return "n,k" for each orbit nT,k, "" for one without a period.
-
-        The array is empty without walls, or if neither impacts nor regimes are recorded.
-        """
+        """Return "n,k" for each orbit nT,k, "" for another one; an empty array if not recorded."""
         n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
         if n is None or k is None or (k < 0).all():  # without walls
             return np.empty(0, dtype=np.str_)

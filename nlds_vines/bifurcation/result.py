@@ -63,10 +63,7 @@ def scan_in(path: str | os.PathLike[str]) -> ScanArchive:
 
 
 def scan_of(view: ArchiveView) -> Scan:
-    """Return the scan of an open archive.
-
-    Raises `RequestError` if it holds no scan, or if this version reads the scan differently.
-    """
+    """Return the scan of an open archive; `RequestError` if this version reads it differently."""
     if view.content != SCAN:
         raise RequestError(f"{view.path} holds a {view.content}, not a scan")
     text, digest = view.text("scan"), view.text("scan_hash")
@@ -81,23 +78,6 @@ def scan_of(view: ArchiveView) -> Scan:
 
 
 # ---- orbits of cells -----------------------------------------------------------------------------
-
-
-def states_at_first_section(
-    scan: Scan, cells: np.ndarray, initial: Mapping[str, np.ndarray], tell: Tell | None = None
-) -> np.ndarray:
-    """Return the states (n, 4), x1, v1, r, s, of the orbits of cells at their first section.
-
-    An orbit that begins at another phase is followed to the next section.
-    """
-    phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
-    components = {name: values for name, values in initial.items() if name != PHASE}
-    states = starts.given_states(cells, scan.start, components, scan.system.scene)
-    if PHASE not in initial and not scan.start.phase:
-        return states
-    from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
-
-    return at_section(scan.system.scene, (scan.method, scan.settings), cells, states, phases, tell)
 
 
 STEP = {"up": 1, "down": -1}  # the step of a sweep along the last axis, whose values ascend
@@ -120,10 +100,7 @@ def values_at(scan: Scan, place: Place) -> dict[str, float]:
 
 
 def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = None) -> System:
-    """Return the system of a cell; `settings` override parameters.
-
-    Raises `RequestError` if the system refuses these.
-    """
+    """Return the system of a cell; `settings` override parameters."""
     varied = {name: v for name, v in values_at(scan, place).items() if name not in INITIAL}
     return scan.system.with_(**{**varied, **(settings or {})})
 
@@ -131,33 +108,35 @@ def system_at(scan: Scan, place: Place, settings: Mapping[str, float] | None = N
 def own_states(
     scan: Scan,
     cells: np.ndarray,
-    where: Sequence[np.ndarray],
+    initial: Mapping[str, np.ndarray],
     lanes: np.ndarray,
     draws: np.ndarray | None = None,
     tell: Tell | None = None,
 ) -> np.ndarray:
-    """Return the initial states of orbits that do not follow another one; rest for sweeps.
+    """Return where orbits that follow no other one are at their first section; rest for sweeps.
 
-    `where` are the places of the `cells` (n,) along each axis, `lanes` (n,) the number of the
-    start in its cell, `draws` (starts, 4) the numbers in
-    [-1, 1) that random starts scale, by default from the scan's seed.
+    `initial` are the components of the state and the phase that axes set in the `cells` (n,); an
+    orbit that begins at another phase is followed to the next section.  `lanes` (n,) are the
+    numbers of the starts in their cells, `draws` (starts, 4) the numbers in [-1, 1) that random
+    starts scale, by default from the scan's seed.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
-    if scan.start.policy != "random":
-        return states_at_first_section(scan, cells, scan.initial(where), tell)
-    chosen = (starts.start_states(scan.start) if draws is None else draws)[lanes]
-    return starts.random_states(cells, chosen[:, np.newaxis], scan.system.scene)[:, 0]
+    scene = scan.system.scene
+    if scan.start.policy == "random":
+        chosen = (starts.start_states(scan.start) if draws is None else draws)[lanes]
+        return starts.random_states(cells, chosen[:, np.newaxis], scene)[:, 0]
+    phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
+    components = {name: values for name, values in initial.items() if name != PHASE}
+    states = starts.given_states(cells, scan.start, components, scene)
+    if PHASE not in initial and not scan.start.phase:
+        return states
+    from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
 
-
-def own_state(scan: Scan, cell: np.ndarray, place: Place, lane: int) -> np.ndarray:
-    return own_states(scan, cell, [np.array([i]) for i in place], np.array([lane]))[0]
+    return at_section(scene, (scan.method, scan.settings), cells, states, phases, tell)
 
 
 def swept_before(scan: Scan, place: Place, lane: int) -> list[Place]:
-    """Return the cells that a sweep passes before `place`, in its order; none without a sweep.
-
-    The orbit of each begins where that of the cell before ended; the first begins at rest.
-    """
+    """Return the cells that a sweep passes before `place`, in its order; none without a sweep."""
     if not scan.start.sweeps:
         return []
     step = STEP[scan.start.sweeps[lane]]
@@ -189,27 +168,24 @@ def recorded_start(
         ):
             if name in arrays and np.isfinite(state := arrays[name][where]).all():
                 return CellStart(tuple(state.tolist()), f"the sweep {sweep}: {words}")
-        words = f"rest: the archive does not hold the states of the sweep {sweep}"
-        return CellStart(None, words)
-    cell = np.atleast_1d(system.cells())
+        return CellStart(None, f"rest: the archive does not hold the states of the sweep {sweep}")
+    initial = dict[str, np.ndarray]()
     if scan.start.policy == "random":
         words = f"{scan.start.names[lane]} (seed {scan.start.seed})"
-        state = own_state(scan, cell, place, lane)[np.newaxis]
     else:
         values = {name: v for name, v in values_at(scan, place).items() if name in INITIAL}
         values |= moved or {}
         if not values and not scan.start.state and not scan.start.phase:
             return CellStart(None, "rest")
-        shown = dict(values)
-        if scan.start.phase and PHASE not in values:
-            shown[PHASE] = scan.start.phase
-        words = ", ".join(f"{name} = {value:g}" for name, value in shown.items())
-        words = "the start of the sliders" if moved else words
         initial = {component_of(name): np.array([value]) for name, value in values.items()}
-        state = states_at_first_section(scan, cell, initial)
+        if scan.start.phase and PHASE not in values:
+            values[PHASE] = scan.start.phase
+        words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+        words = "the start of the sliders" if moved else words or "the given state"
+    cell = np.atleast_1d(system.cells())
+    state = own_states(scan, cell, initial, np.array([lane]))
     state = starts.put_on_walls(cell, state, system.scene)
-    state = starts.user_states(cell, state, system.scene)[0]
-    return CellStart(tuple(state.tolist()), words or "the given state")
+    return CellStart(tuple(starts.user_states(cell, state, system.scene)[0].tolist()), words)
 
 
 @dataclass(frozen=True)
@@ -303,10 +279,7 @@ def orbit_of(
 def cell_orbit(
     archive: ArchiveView | str | os.PathLike[str], values: Mapping[str, float], start: int | str = 0
 ) -> CellOrbit:
-    """Return the `CellOrbit` of a cell, not yet followed over the scan's periods.
-
-    Arguments and errors are those of `orbit_of`.
-    """
+    """Return the `CellOrbit` of a cell, not followed yet; arguments and errors as `orbit_of`."""
     if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return cell_orbit(view, values, start)
@@ -325,7 +298,8 @@ def cell_orbit(
     system, cell, rest = system_at(scan, place), _record(cells, first), np.zeros(STATE_SIZE)
     begin = Beginning(system, scan.method, scan.settings, cell, rest)
     if not scan.start.sweeps:
-        begin.state[:4] = own_state(scan, cells[place].reshape(1), place, lane)
+        initial = scan.initial([np.array([i]) for i in place])
+        begin.state[:4] = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
     for one in others:
         cell = _record(cells, one)
         try:
@@ -346,11 +320,7 @@ def _record(cells: np.ndarray, place: Place) -> Any:
 def nearest_place(
     where: object, scan: Scan, values: Mapping[str, float], axes: Sequence[Axis]
 ) -> Place:
-    """Return the place along `axes` of a scan that is nearest to `values`, by name.
-
-    Raises `RequestError`, which names the archive, `where`, for a name that is no axis, a missing
-    one, and a value outside; a cell extends halfway to the next.
-    """
+    """Return the place along `axes` that is nearest to `values`; `where` names the archive."""
     stated = {axis.name: axis for axis in axes}
     for name, ratio in ratios_in(scan.system.scene).items():  # as f in place of omega
         if name in values and ratio.gives in stated and stated.keys().isdisjoint(ratio.needs):
@@ -369,6 +339,7 @@ def nearest_place(
         grid = axis.values
         value = number(axis.name, values.get(axis.name, grid[0]))
         edges = np.diff(grid[[0, 1, -2, -1]])[[0, 2]] / 2 if grid.size > 1 else np.zeros(2)
+        # a cell extends halfway to the next
         slack = 1e-9 * max(abs(grid[0]), abs(grid[-1]))
         if not grid[0] - edges[0] - slack <= value <= grid[-1] + edges[1] + slack:
             span = spans[axis.name]

@@ -136,11 +136,7 @@ def wanted_of(scan: Scan) -> Wanted:
 
 
 class Cases:
-    """Computes blocks of response curves, each of one case.
-
-    `cached` are the arrays of blocks by the hash of their scan and their place in it; those that
-    are computed are added.
-    """
+    """Computes blocks of response curves; `cached` has arrays by hash of the scan and place."""
 
     def __init__(
         self, request: CurveRequest, tell: Tell | None, cached: dict[object, Arrays] | None
@@ -219,9 +215,7 @@ class Computer:
     ) -> dict[str, np.ndarray]:
         """Return the results of chains of cells (chains, links) from their starts (chains, 4).
 
-        `places` (chains,) are the numbers in the scan of the first cell of each, by default the
-        first cell; attractors need them.  The arrays (chains, links, tail) are named as the
-        datasets; there may be more of them than the scan wants.
+        `places` (chains,) are the numbers in the scan of their first cells, which attractors need.
         """
         arrays = {"P": chains["P"].copy()}
         if self._draws is not None:
@@ -256,15 +250,12 @@ class Computer:
         return self._kernels.run(chains, starts, transient, periods)
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return single orbits of the scan: cells (n, 1), starts (n, 4), places (n,).
-
-        `chosen` (n,) are their numbers, counted cell after cell.  Orbits of a sweep begin at rest
-        here.
-        """
+        """Return orbits by number, cell after cell: cells (n, 1), starts (n, 4), places (n,)."""
         places, lanes = np.divmod(chosen, self.scan.starts)
         where = np.unravel_index(places, self.scan.shape)
         cells = self._cells[where]
-        states = own_states(self.scan, cells, where, lanes, self._draws, self._tell)
+        initial = self.scan.initial(where)
+        states = own_states(self.scan, cells, initial, lanes, self._draws, self._tell)
         return cells[:, np.newaxis], states, places
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -317,12 +308,10 @@ def run(
 ) -> Report:
     """Compute a scan or response curves into the archive `output` and return a `Report`.
 
-    `cached`, as `Cases` takes it, are results of other response curves.  With a shard only its
-    blocks are computed; the shard that finds all blocks of the scan makes the archive.  Workers of
-    a scheduler or an executor compute each block on `how.threads` threads, by default one.
-
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block saved for
-    --resume, and `RequestError` if the archive cannot be written.
+    `cached`, as `Cases` takes it, are results of other response curves.  The shard that finds all
+    blocks of the scan makes the archive.  Workers of a scheduler or an executor compute each block
+    on `how.threads` threads, by default one.  Raises `Interrupted` with every finished block saved
+    for --resume, and `RequestError` if the archive cannot be written.
     """
     how = RunOptions() if how is None else how
     began, waited = time.perf_counter(), Compilation.waited
@@ -418,10 +407,7 @@ def _timed(computer: Computer | Cases, block: Block) -> tuple[dict[str, np.ndarr
 def compute_block(
     toml: str, threads: int, asked_by: Mapping[str, str], index: int
 ) -> tuple[dict[str, np.ndarray], float]:
-    """Compute block `index` of the scan file `toml` on a worker; return it as `_timed` does.
-
-    Raises `RequestError` before anything is computed if the versions `asked_by` are not those here.
-    """
+    """Compute block `index` of a scan file on a worker, of the same versions as `asked_by`."""
     here = provenance.makers()
     if different := [f"{k} {here[k]}, not {v}" for k, v in asked_by.items() if here.get(k) != v]:
         text = "; ".join(different)

@@ -222,10 +222,7 @@ class Basins(Outlined):
             yield from measure.outline() if measure is not None else ()
 
     def arrived(self, periods: float, attractor: int | None = None) -> float:
-        """Return the share of orbits that are near their attractor after so many forcing periods.
-
-        `attractor` is the number of one attractor; None counts all.
-        """
+        """Return the share of orbits near `attractor`, or near any, after so many periods."""
         periods = number("periods", periods)
         there = (self.arrival >= 0) & (self.arrival <= periods)
         if attractor is not None:
@@ -313,10 +310,7 @@ def basin_measures(
 def _nearest(
     view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...], k: int
 ) -> tuple[tuple[float, ...], float] | None:
-    """Return the step from an attractor's point to the nearest cell of another basin, its length.
-
-    None if the point is not in the plane, or no cell is in another basin.
-    """
+    """Return the step from an attractor's point to the nearest cell of another basin, its size."""
     names, along = view["component"].tolist(), [component_of(name) for name in axes]
     point = dict(zip(names, view.take("attractor_point", number=k, **where), strict=True))
     # the components of the starts that the axes do not set

@@ -37,10 +37,7 @@ _SURVIVAL, _SHARES = "survival", "shares"
 def draw_ensemble(
     ensemble: Ensemble, title: str, page: Page = TWO_COLUMNS, shown: Sequence[str] = ()
 ) -> Figure:
-    """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
-
-    Ticks mark the times up to which starts that had not settled were watched.
-    """
+    """Return the survival curve of an ensemble, with its law, above the shares of its regimes."""
     names = shown or list(panels_of(ensemble))
     heights = {_SURVIVAL: _PANEL if page.beside else _NARROW_PANEL}
     heights[_SHARES] = (len(ensemble.shares) + 0.2) * _BAR

@@ -66,10 +66,7 @@ class Quantity:
 def quantities(
     datasets: Iterable[Dataset], components: Sequence[str], signals: Sequence[str] = ()
 ) -> dict[str, Quantity]:
-    """Return the drawable quantities of `datasets` by name.
-
-    `components` are those of the state; each of the `signals` has its own spectral numbers.
-    """
+    """Return the drawable quantities of datasets by name, one for each component and signal."""
     by_name: dict[str, Quantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
@@ -172,10 +169,7 @@ def scale_and_quantity(show: str) -> tuple[str, str]:
 
 
 def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
-    """Return the quantities of a diagram from top to bottom: `x1,energy` gives x1, E1max and E2max.
-
-    Raises `RequestError` for one that is not recorded; the word `regimes` is ignored.
-    """
+    """Return the quantities of a diagram from the top: `x1,energy` gives x1, E1max and E2max."""
     rows: list[str] = []
     for word in filter(None, (piece.strip() for piece in show.split(","))):
         names = [name for name in GROUPS.get(word, ()) if name in drawn] or [word]

@@ -209,10 +209,7 @@ def _draw_quantity(
 def _draw_curve(
     frame: Axes, curve: ResponseCurve, ups: np.ndarray, look: Mapping[str, Any], start: int = 0
 ) -> None:
-    """Draw numbers (n, starts) along a curve: lines within regimes, dots for single orbits.
-
-    If the periods of the orbits are not recorded, a line joins all points.
-    """
+    """Draw numbers (n, starts): lines within regimes, dots for single orbits."""
     cycles = curve.cycles(start)
     if not cycles.size:
         frame.plot(curve.values, ups[:, start], **look)
@@ -252,10 +249,7 @@ def _mark_below(frame: Axes, below: Sequence[tuple[ResponseCurve, np.ndarray]], 
 
 
 def _shade(frame: Axes, curve: ResponseCurve, name: str) -> None:
-    """Fill where there are impacts, with bounds or a line at windows without impacts.
-
-    Shade where two sweeps differ, by value or nT,k, and where the response is irregular.
-    """
+    """Shade impacts, sweeps that differ in value or nT,k, and irregular responses."""
     values = curve.values
     if curve.case.shade and "impact_count" in curve.numbers:
         for band in bands(values, np.where(curve["impact_count"] > 0, "impacts", "none")):

@@ -153,10 +153,7 @@ def slices_of(view: ArchiveView) -> list[Slice]:
 
 
 def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
-    """Draw one quantity of a diagram into axes, or the strip for `regimes`.
-
-    Raises `RequestError` for several quantities, and for strips of several slices.
-    """
+    """Draw one quantity of a diagram into axes, or the strip for `regimes`."""
     cuts, recorded = slices_of(view), quantities_in(view)
     rows = _usual_rows(view, cuts, recorded)[:1] if show is None else rows_of(show, recorded)
     if len(rows) > 1:
@@ -298,10 +295,7 @@ def curve_colors(count: int) -> list[Any]:
 
 
 def _draw_curve(axes: Axes, cut: Slice, ordinates: np.ndarray, color: Any, width: float) -> None:
-    """Draw a number (cells,) of the first start: a curve within a regime, dots elsewhere.
-
-    Orbits that are not periodic are dots, too.  Without labels a curve joins all values.
-    """
+    """Draw a number (cells,) of the first start: a curve within a periodic regime, else dots."""
     labels = cut.labels()
     if labels is None:
         axes.plot(cut.values, ordinates, color=color, linewidth=width)
@@ -321,10 +315,7 @@ def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
-    """Draw orbits as unconnected dots, those of one attractor in one color.
-
-    Where dots would cover the panel they are translucent: shades show how often an orbit comes.
-    """
+    """Draw orbits as dots, with a color for each attractor; where they cover much, translucent."""
     ordinates = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
         ordinates = np.maximum(ordinates, ROUND_OFF)
@@ -394,12 +385,7 @@ class Look(NamedTuple):
 
 
 def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
-    """Group the orbits of a slice by the look of their dots: one look for each attractor.
-
-    A single start has one color.  Sweeps up and down have three looks: up, down, and both where
-    they are on the same orbit (`alike`).  Other starts have the color of their regime, or one color
-    without labels.
-    """
+    """Group the orbits of a slice by the look of their dots: one look for each attractor."""
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
@@ -485,11 +471,7 @@ class Tier:
 
 
 def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> list[str]:
-    """Draw the strip of a start, or a stack of all starts, as `draw_strip` does.
-
-    The labels of a stack are sorted within each cell, in the order of legends; those of orbits that
-    pass the limit end in `INADMISSIBLE`.
-    """
+    """Draw the strip of a start, or a stack of all starts, as `draw_strip` does."""
     labels, rows, starts = cut.labels(), list[list[Band]](), cut.starts
     if labels is not None:
         labels = np.where(cut.violated(), labels + palette.INADMISSIBLE, labels)
@@ -498,6 +480,7 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> list[str]:
         else:
             words = palette.ordered(labels.ravel().tolist())
             rank = {word: place for place, word in enumerate(words)}
+            # sorted within each cell, in the order of legends
             ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
             labels = np.array(words, dtype=object)[ranks]
         rows = [bands(cut.values, column) for column in labels.T]

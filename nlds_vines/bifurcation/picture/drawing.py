@@ -174,11 +174,7 @@ SAMPLES = Picture(
 
 @dataclass(frozen=True)
 class ScanPicture(Drawing):
-    """Draws scans: a diagram of one varied parameter, a map of two.
-
-    A parameter of a few values (`plotting.bands.is_list`) makes no map: each value has curves and
-    panels.  `manifold` draws the bounds of 1:1 motion in closed form over maps of omega.
-    """
+    """Draws scans; `manifold` draws bounds of 1:1 motion in closed form over maps of omega."""
 
     manifold: bool = False
 

@@ -68,11 +68,7 @@ _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the lim
 def regime_map(
     view: ArchiveView, show: str, page: Page = TWO_COLUMNS, manifold: bool = False
 ) -> Figure:
-    """Return the map of a scan of two parameters; the first runs to the right, the second up.
-
-    Of several starts `regimes` shows the most frequent regime, and in a second panel how many
-    coexist; a number is the largest, a code the highest.
-    """
+    """Return the map of a scan of two parameters; the first runs to the right, the second up."""
     starts = view["start"].size
     if show == choices.SHARES or show.startswith(choices.SHARE):
         figure, grid, panels = _draw_shares(view, show, page)
@@ -272,11 +268,7 @@ _NONE = "none found"
 
 
 def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
-    """Fill cells by a recorded number: of several starts the largest, gray where there is none.
-
-    `show` may begin with one of `choices.SCALES`.  A number of both signs has two-sided shades
-    around zero.  On a map of settling times, cells in which a start did not settle are black.
-    """
+    """Fill cells by a recorded number: of several starts the largest, gray where there is none."""
     scale, name = choices.scale_and_quantity(show)
     quantity = choices.quantities_in(view)[name]
     values = quantity.of(view)[..., 0]
@@ -319,11 +311,7 @@ def _draw_number(axes: Axes, view: ArchiveView, show: str) -> None:
 
 
 def _scale(name: str, shown: np.ma.MaskedArray, chosen: str) -> tuple[Colormap, Normalize]:
-    """Return how the values of a dataset become shades; `chosen` is one of `SCALES`, or empty.
-
-    Settling times and errors become shades by logarithm, as do positive values that span decades.
-    Signed values have two-sided shades whose middle is zero; of one sign alone, that half of them.
-    """
+    """Return how the values of a dataset become shades; `chosen` is one of `SCALES`, or empty."""
     values, plain, scale = shown.compressed(), colormaps[SHADES], scale_of(name)
     if scale == PERIOD:
         most = len(palette.RAMP)
@@ -421,11 +409,7 @@ def draw_manifold(panels: list[Axes], view: ArchiveView) -> None:
 
 
 def manifold_bounds(view: ArchiveView) -> np.ndarray:
-    """Return values of a map's other parameter and the two bounds of omega [rad/s] there, (3, n).
-
-    NaN where there is no 1:1 response.  Raises `RequestError` for a map without omega, and for a
-    system without a closed form.
-    """
+    """Return values of the other parameter and the bounds of omega [rad/s], or NaN: (3, n)."""
     if "omega" not in view.axes or not all(name in PARAMETERS for name in view.axes):
         over = " and ".join(view.axes)
         raise RequestError(f"manifold: for maps of omega and another parameter; this is of {over}")
@@ -487,11 +471,7 @@ def _parameters(view: ArchiveView) -> list[str]:
 
 @styled()
 def draw_basins(view: ArchiveView, page: Page = TWO_COLUMNS, ax: Axes | None = None) -> Figure:
-    """Return the figure of a scan's basins, unless `why_no_basins` says that it has none.
-
-    Over two initial conditions it is a map, along a parameter the shares of the attractors; over
-    one of each both, one above the other, of which axes `ax` have the map.
-    """
+    """Return the figure of a scan's basins: a map, shares along a parameter, or both."""
     varied, has_map = _parameters(view), len(view.axes) == 2
     grid, panels = None, [ax] if ax is not None else []
     if not panels:
@@ -513,11 +493,7 @@ def draw_basins(view: ArchiveView, page: Page = TWO_COLUMNS, ax: Axes | None = N
 
 
 def fill_basins(axes: Axes, view: ArchiveView) -> tuple[list[Any], np.ndarray, dict[str, str]]:
-    """Color the cells of a map by attractor, and mark the attractors' points.
-
-    Returns the handles of a legend, and for `name_regions` the name of each cell's attractor and
-    the colors of the names.
-    """
+    """Color cells by attractor; return legend handles, names of the cells and colors of names."""
     (looks, table), varied = _looks(view), _parameters(view)
     numbers = view["attractor"][..., 0]
     places = zip(view.axes, np.indices(numbers.shape), strict=True)
@@ -562,10 +538,7 @@ def fill_shares(axes: Axes, view: ArchiveView) -> list[Any]:
 
 
 def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
-    """Return the different looks, `_UNKNOWN` first, and the look (index) of each row of the table.
-
-    A name has the attractor's number if several have one regime; long periods share name and color.
-    """
+    """Return the different looks, `_UNKNOWN` first, and the index of each row of the table."""
     labels = view["attractor_label"]
     looks, table = [_UNKNOWN], np.zeros(labels.shape, int)
     for label in sorted({str(label) for label in labels.flat if label}):

@@ -12,28 +12,12 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 # the kinds of requests, which an archive names as its `content`
 SCAN, TUNING, CONTINUATION = "scan", "tuning", "continuation"
 RESPONSE_CURVES, RESPONSE_HISTORY = "set of response curves", "response history"
 PORTRAIT = "portrait"
-
-
-class Request(Protocol):
-    """What an archive records of any request; the hash is of all that determines the numbers."""
-
-    @property
-    def content(self) -> str: ...
-
-    @property
-    def title(self) -> str: ...
-
-    @property
-    def hash(self) -> str: ...
-
-    def to_toml(self) -> str: ...
-
 
 Value = str | int | float  # the value of an attribute of an archive
 
@@ -44,7 +28,7 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 _PACKAGE = Path(__file__).parent.parent
 
 
-def attributes(request: Request, about: Mapping[str, Value], time: str = "") -> dict[str, Value]:
+def attributes(request: Any, about: Mapping[str, Value], time: str = "") -> dict[str, Value]:
     """Return the attributes of an archive, which `about` overrides; `time` is by default now."""
     command = " ".join(sys.argv).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
     return {

@@ -16,17 +16,10 @@ from typing import Any, ClassVar, NamedTuple
 from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath, ArchiveView
 from nlds_vines.cli import running
-from nlds_vines.cli.options import (
-    FREQUENCY,
-    NO_VALUE,
-    Option,
-    Parser,
-    add_settings,
-    comma_separated,
-)
+from nlds_vines.cli.options import FREQUENCY, Option, Parser, add_settings, comma_separated
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, exit_status_of, program, say
-from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, refuse_bytes, shown
+from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, shown
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
@@ -62,14 +55,7 @@ class Command:
                 self.common.split(), prog=program(self.name), description=about, epilog=end
             )
             self.declare(parser)
-            for text in arguments:  # the archive records every argument
-                if not text.isprintable():
-                    refuse_bytes("the argument", text)
-                if NO_VALUE.fullmatch(text):
-                    parser.refuse([text])
-            options, rest = parser.parse_known_args(arguments)
-            if rest:
-                parser.refuse(rest)
+            options = parser.parse(arguments)
             with warnings.catch_warnings():
                 is_quiet = getattr(options, "quiet", False)
                 warnings.simplefilter("ignore" if is_quiet else "always", LeftAside)

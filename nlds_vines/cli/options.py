@@ -14,7 +14,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, NoReturn
 
-from nlds_vines.errors import Number, RequestError, at, from_text, shown, unknown
+from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes, shown, unknown
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.setting import Document, Truth, settings_of
@@ -22,7 +22,7 @@ from nlds_vines.model.setting import Document, Truth, settings_of
 Group = argparse._ArgumentGroup
 
 # an option with `--` for its value, of which argparse makes an empty list
-NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
+_NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
 
 # a link in Markdown, of which its words are kept, and marks of code
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
@@ -53,16 +53,21 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise RequestError(message)
 
-    def refuse(self, rest: Sequence[str]) -> NoReturn:
-        """Raise `RequestError` for arguments that are left, and name the nearest option."""
-        name = rest[0].partition("=")[0]
-        if NO_VALUE.fullmatch(rest[0]):
-            name = name.removesuffix("--")
-            raise RequestError(f"argument {name}: expected one argument, not '--'")
-        if rest[0].startswith("-"):
-            options = [name for name in self._option_string_actions if name.startswith("--")]
-            raise unknown("option", name, options)
-        raise RequestError(f"one argument too many: {shown(rest[0])}")
+    def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """Return the options; `RequestError` for arguments that are left, with the nearest one."""
+        for text in arguments:  # the archive records every argument
+            if not text.isprintable():
+                refuse_bytes("the argument", text)
+            if _NO_VALUE.fullmatch(text):
+                name = text.removesuffix("--").removesuffix("=")
+                raise RequestError(f"argument {name}: expected one argument, not '--'")
+        options, rest = self.parse_known_args(arguments)
+        if rest and rest[0].startswith("-"):
+            names = [name for name in self._option_string_actions if name.startswith("--")]
+            raise unknown("option", rest[0].partition("=")[0], names)
+        if rest:
+            raise RequestError(f"one argument too many: {shown(rest[0])}")
+        return options
 
 
 def _number(kind: type[Number], text: str) -> Number:

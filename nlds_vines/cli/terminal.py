@@ -8,13 +8,7 @@ from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 
 from nlds_vines.errors import RequestError, printable
-from nlds_vines.runs.interrupts import (
-    INTERRUPTED,
-    TERMINATED,
-    Interrupted,
-    Terminated,
-    terminated_like_interrupted,
-)
+from nlds_vines.runs import interrupts
 
 # exit statuses, beside those of `interrupts`
 DONE, ORBITS_FAILED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 2
@@ -25,7 +19,7 @@ def exit_status_of(name: str, work: Callable[[], int]) -> int:
     _open_streams()
     try:
         try:
-            with terminated_like_interrupted():
+            with interrupts.terminated_like_interrupted():
                 status = work()
         except SystemExit as stop:  # argparse after --help
             status = int(stop.code or DONE)
@@ -52,12 +46,13 @@ def exit_status_of(name: str, work: Callable[[], int]) -> int:
             raise
         complain(name, "error: not enough memory to load the libraries")
         return WRONG_REQUEST
-    except Interrupted as stop:
+    except interrupts.Interrupted as stop:
         complain(name, str(stop))
         return stop.status
     except KeyboardInterrupt as stop:
         complain(name, ": ".join(["interrupted", *map(str, stop.args)]))
-        return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
+        is_terminated = isinstance(stop, interrupts.Terminated)
+        return interrupts.TERMINATED if is_terminated else interrupts.INTERRUPTED
 
 
 def _open_streams() -> None:

@@ -122,9 +122,11 @@ def test_a_dry_run_only_tells(calls, answer, refusal, tmp_path):
     (tmp_path / "figure8.h5").write_bytes(b"old")
     assert "exists" in refusal("bifurcation", "--dry-run", "--threads", "2")
     assert calls.runs == calls.plots == []
-    for option in ("resume", "overwrite"):  # by which an existing archive may be given up
+    assert "cannot be opened" in refusal("bifurcation", "--resume")
+    for option in ("overwrite", "resume"):
         assert main([f"--{option}"]) == 0
         assert calls.runs.pop()[2][option]
+        (tmp_path / "figure8.h5").unlink(missing_ok=True)
 
 
 def test_the_function_returns_the_archive(calls):

@@ -310,7 +310,7 @@ def test_a_faulty_command_line(line, refused):
 
 def test_the_good_file_reaches_the_kernels(folder):
     # or else every file above could be refused for a reason that is none
-    for options in ([], ["-o", "old.h5", "--resume"]):
+    for options in ([], ["-o", "old.h5", "--overwrite"]):
         with pytest.raises(AssertionError, match="reached the kernels"):
             main(["bifurcation", "scan.toml", *options])
 

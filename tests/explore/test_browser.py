@@ -20,7 +20,6 @@ from conftest import DIAGRAM, MAP, filled, made_up
 from PIL import Image
 
 from benchmarks.explore import KNOWN, Served, frame_of, opened_page
-from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
@@ -249,38 +248,34 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
     assert served.end() == (130, "")
 
 
-@pytest.fixture(scope="module", params=["map", "diagram"])
-def report(request, small_map, small_diagram, folder):
-    output = folder / f"{request.param}.html"
-    assert main(["report", str(folder / f"{request.param}.h5"), "-o", str(output), "--quiet"]) == 0
-    return request.param, output
-
-
 @pytest.fixture
-def opened(browser):
-    """Return a function that opens a report offline; it may request nothing else."""
-    pages = []
+def opened(browser, tmp_path):
+    """Return a function that opens the report of results offline; it may request nothing else."""
+    from nlds_vines.explore.report_page import report_page  # which needs Bokeh
 
-    def opened(path, **settings):
+    pages, path = [], tmp_path / "report.html"
+
+    def opened(results, **settings):
+        path.write_text(report_page(results).html, encoding="utf-8")
         page = watched_page(browser, offline=True, **settings)
         page.asked = []
         page.on("request", lambda request: page.asked.append(request.url))
         page.goto(path.as_uri())
         page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
-        pages.append((page, path))
+        pages.append(page)
         return page
 
     yield opened
-    for page, path in pages:
+    for page in pages:
         assert page.asked == [path.as_uri()]
         assert page.faults == []
         page.context.close()
 
 
-def test_the_report_opens_without_a_network(opened, report, small_map, small_diagram):
-    name, path = report
-    archive = stored({"map": small_map, "diagram": small_diagram}[name])
-    page, axes = opened(path), archive.scan.axes
+@pytest.mark.parametrize("name", ["map", "diagram"])
+def test_the_report_opens_without_a_network(opened, name, request):
+    archive = stored(request.getfixturevalue(f"small_{name}"))
+    page, axes = opened(archive), archive.scan.axes
     low, high = value_of(page, "[m('cells').y_range.start, m('cells').y_range.end]")
     y = axes[1].values[0] if len(axes) == 2 else (low + high) / 2
     page.mouse.click(*place_of(page, axes[0].values[3], y))
@@ -303,10 +298,8 @@ def test_the_report_opens_without_a_network(opened, report, small_map, small_dia
         assert text_of(page, "legend").endswith("J")
 
 
-def test_a_diagram_of_two_sweeps_names_their_colors(opened, small_sweeps, folder):
-    path = folder / "sweeps.html"
-    assert main(["report", str(small_sweeps), "-o", str(path), "--quiet"]) == 0
-    page = opened(path)
+def test_a_diagram_of_two_sweeps_names_their_colors(opened, small_sweeps):
+    page = opened(stored(small_sweeps))
     assert text_of(page, "legend").startswith("updown")
     page.locator("#map select").nth(1).select_option(label="down")
     wait_for_text(page, "verdict", "(down)")
@@ -318,10 +311,8 @@ def test_a_diagram_of_two_sweeps_names_their_colors(opened, small_sweeps, folder
     assert {HUES["blue"], HUES["vermillion"]} <= set(colors)
 
 
-def test_a_dark_report_is_printed_light(opened, small_map, folder):
-    path = folder / "printed.html"
-    assert main(["report", str(small_map), "-o", str(path), "--quiet"]) == 0
-    page = opened(path, color_scheme="dark")
+def test_a_dark_report_is_printed_light(opened, small_map):
+    page = opened(stored(small_map), color_scheme="dark")
     assert color_in(page, "plane x1")[1] == [26, 30, 37]
     page.evaluate("addEventListener('beforeprint', () => { window.printed = "
                   "document.documentElement.dataset.theme })")  # fmt: skip
@@ -343,21 +334,15 @@ def share_of_colors(page, box):
     return np.mean(pixels.max(-1) - pixels.min(-1) > 40)
 
 
-def check_report(browser, folder, shape, want, system="ssul-set6"):
+def check_report(opened, shape, want, system="ssul-set6"):
     """Open a report with made-up numbers for all that `want` records, and choose cells."""
-    from nlds_vines.explore.report_page import report_page  # which needs Bokeh
-
-    path = folder / "page.html"
     results = filled(
         {
             **(MAP if shape == "map" else DIAGRAM), "system": system, "vary": AXES[shape],
             "sampling": {"transient": 3, "periods": 20}, "record": {"want": want},
         }
     )  # fmt: skip
-    path.write_text(report_page(results).html, encoding="utf-8")
-    page = watched_page(browser)
-    page.goto(path.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    page = opened(results)
     assert "7.33" in text_of(page, "verdict")  # the middle one is chosen
     assert results.scan.title in seen_text(page)
     boxes = filter(None, [canvas.bounding_box() for canvas in page.locator("canvas").all()])
@@ -368,17 +353,15 @@ def check_report(browser, folder, shape, want, system="ssul-set6"):
     page.locator(".verdict .bk-clearfix", has_text="7.44").wait_for()
     assert "NaN" not in seen_text(page)
     assert "undefined" not in seen_text(page)
-    assert page.faults == []
-    page.context.close()
 
 
 @pytest.mark.parametrize("shape", AXES)
 @pytest.mark.parametrize("want", [[word] for word in WANTS] + [[*USUAL], [*WANTS]], ids="-".join)
-def test_a_report_shows_every_set_of_records(browser, tmp_path, want, shape):
-    check_report(browser, tmp_path, shape, want)
+def test_a_report_shows_every_set_of_records(opened, want, shape):
+    check_report(opened, shape, want)
 
 
 @pytest.mark.parametrize("system", ["impact-oscillator", "none", "tmd"])
-def test_a_report_shows_every_scene(browser, tmp_path, system):
+def test_a_report_shows_every_scene(opened, system):
     want = [*possible_want(WANTS, load_system(system).scene)]
-    check_report(browser, tmp_path, "map", want, system)
+    check_report(opened, "map", want, system)

@@ -323,9 +323,13 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
 
 
 @pytest.fixture
-def idle(tmp_path, monkeypatch):
+def computing_nothing(monkeypatch):
     monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
+
+
+@pytest.fixture
+def idle(tmp_path, computing_nothing):
     seen = Seen(Opened(stored(made_up(MAP, tmp_path / "map.h5"))))
     seen.settle()
     yield seen
@@ -361,10 +365,9 @@ HERTZ = {**DIAGRAM, "vary": {"f": {"start": 1.1, "stop": 1.3, "num": 9}}}
     [(HERTZ, None, "f", 2 * np.pi), (MAP, "Hz", "f", 2 * np.pi),
      (MAP, "ratio", "omega_ratio", np.sqrt(39.5)), (HERTZ, "rad/s", "omega", 1.0)],
 )  # fmt: skip
-def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_path, monkeypatch):
+@pytest.mark.usefixtures("computing_nothing")
+def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_path):
     """Axes, clicks, words, fields and parts have it; systems and requests have rad/s."""
-    monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
-    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
     archive = stored(made_up(document, tmp_path / "a.h5"), unit)
     seen = Seen(Opened(archive))
     page, entry, omega = seen.page, DESCRIBED[name], archive.scan.axes[0].values
@@ -439,26 +442,26 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("case", ODD)
-def test_an_odd_message_is_answered_in_one_line(idle, case):
-    page, (name, *arguments) = idle.page, ODD[case]
-    page.say_trouble("")
-    before = dict(page.chosen.free)
-    if name == "choose_start":
+def test_odd_messages_are_answered_in_one_line(idle):
+    page = idle.page
+    for case, (name, *arguments) in ODD.items():
+        page.say_trouble("")
+        before = dict(page.chosen.free)
+        if name == "choose_start":
+            with page.sets():
+                page.start.value = arguments[0]
+        page.guarded(getattr(page, name), *arguments)
+        assert page.trouble.text, case
+        assert "\n" not in page.trouble.text
+        assert page.chosen.free == before
         with page.sets():
-            page.start.value = arguments[0]
-    page.guarded(getattr(page, name), *arguments)
-    assert page.trouble.text
-    assert "\n" not in page.trouble.text
-    assert page.chosen.free == before
-    with page.sets():
-        page.start.value = "0"
-    page.choose((1, 1))
-    assert page.chosen.cell == (1, 1)
+            page.start.value = "0"
+        page.choose((1, 1))
+        assert page.chosen.cell == (1, 1)
 
 
-def test_a_diagram_is_painted_in_the_pixels_that_are_seen(small_diagram, monkeypatch):
-    monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
+@pytest.mark.usefixtures("computing_nothing")
+def test_a_diagram_is_painted_in_the_pixels_that_are_seen(small_diagram):
     seen = Seen(Opened(stored(small_diagram)))
     page = seen.page
     page.resize(0, 500)

@@ -60,17 +60,16 @@ class Reference:
 def references() -> Mapping[str, Reference]:
     """Return the frozen states of `data/reference/states.json` by name."""
     cases = json.loads((REPO / "data" / "reference" / "states.json").read_text())["cases"]
-    return {name: _reference(case) for name, case in cases.items()}
-
-
-def _reference(case: Mapping[str, Any]) -> Reference:
-    rows = [case["states"][str(n)] for n in range(1, len(case["states"]) + 1)]
-    return Reference(
-        parameters=case["parameters"],
-        states=np.array([[float(text) for text in row["y"]] for row in rows]),
-        impacts=np.array([row["impacts"] for row in rows]),
-        growth=np.array([max(1.0, row.get("growth") or 1.0) for row in rows]),
-    )
+    orbits = {}
+    for name, case in cases.items():
+        rows = [case["states"][str(n)] for n in range(1, len(case["states"]) + 1)]
+        orbits[name] = Reference(
+            parameters=case["parameters"],
+            states=np.array([[float(text) for text in row["y"]] for row in rows]),
+            impacts=np.array([row["impacts"] for row in rows]),
+            growth=np.array([max(1.0, row.get("growth") or 1.0) for row in rows]),
+        )
+    return orbits
 
 
 def system_of(kind: str, numbers: Mapping[str, float]) -> System:

@@ -49,12 +49,9 @@ def test_two_options_for_one_entry_are_refused(here, refusal):
 
 def command(carry_out):
     return Command(
-        name="test",
-        description="A test.",
-        examples="examples: none",
+        name="test", description="A test.", examples="examples: none", carry_out=carry_out,
         declare=lambda parser: parser.add_argument("--number", type=int),
-        carry_out=carry_out,
-    )
+    )  # fmt: skip
 
 
 def raising(error):

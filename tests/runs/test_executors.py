@@ -46,6 +46,10 @@ def test_pieces_become_smaller_or_are_single_lanes_where_these_differ_most():
     sizes = []
     in_pieces(lambda begin, end: sizes.append(end - begin), 1000, 1, 1)
     assert sizes == [1] * 1000
+    # few lanes are not worth a thread
+    who = set()
+    in_pieces(lambda begin, end: who.add(threading.current_thread()), 10, least=6)
+    assert who == {threading.current_thread()}
 
 
 def test_threads_that_are_ready_take_what_others_have_no_time_for():
@@ -54,12 +58,6 @@ def test_threads_that_are_ready_take_what_others_have_no_time_for():
     use_threads(2)
     in_pieces(lambda begin, end: time.sleep(0.2 * (begin == 0) + 0.005 * (end - begin)), 42)
     assert time.perf_counter() - began < 0.3
-
-
-def test_few_lanes_are_not_worth_a_thread():
-    who = set()
-    in_pieces(lambda begin, end: who.add(threading.current_thread()), 10, least=6)
-    assert who == {threading.current_thread()}
 
 
 def test_an_error_stops_the_others_and_nothing_is_at_work_afterwards():
@@ -145,15 +143,12 @@ def test_a_fork_has_threads_of_its_own():
     assert os.waitstatus_to_exitcode(status) == 0
 
 
-def test_to_say_how_many_threads_starts_none():
+def test_how_many_threads_there_are_holds_for_all_and_starts_none(monkeypatch):
     before = threading.active_count()
     use_threads(8)
     assert threading.active_count() == before
     in_pieces(lambda begin, end: None, 100)
     assert threading.active_count() == before  # and none is left behind
-
-
-def test_how_many_threads_there_are_holds_for_all_and_starts_none(monkeypatch):
     assert (most_threads(), threads_in_use()) == (8, 8)
     assert use_threads(3) == threads_in_use() == 3
     assert use_threads(100) == threads_in_use() == 8

@@ -18,7 +18,6 @@ from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.records import OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.tuning import run
-from nlds_vines.tuning.command import main
 from nlds_vines.tuning.design_space import CUT, DRAWS, Uncertain, places_of
 from nlds_vines.tuning.request import load_tuning
 from nlds_vines.tuning.result import Optimum, Tuned, over_finer_bands, perturbations
@@ -41,9 +40,8 @@ DESIGN = np.array([[1500.0, 100.0]])
 
 
 @pytest.fixture
-def file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.toml").write_text(FILE)
+def file(here):
+    (here / "a.toml").write_text(FILE)
     return "a.toml"
 
 
@@ -65,12 +63,6 @@ def test_one_file_is_a_decay_and_a_tuning_and_its_canonical_form_means_the_same(
     assert [one.words() for one in again.uncertain] == ["k1 ±5 % (normal)", "m1 ±20 (uniform)"]
 
 
-def test_the_plan_counts_generations_as_the_option_does(capsys):
-    assert main(["--system", "tmd", "--generations", "8", "--dry-run"]) == 0
-    plan = capsys.readouterr().out
-    assert "60 first designs and as many in each of at most 8 generations" in plan
-
-
 def test_a_level_that_no_design_reaches_is_named(here, ask, monkeypatch):
     def too_short(_, trials):
         return np.tile([np.inf, np.nan, OK, 0.0], (len(trials), 1))
@@ -81,16 +73,18 @@ def test_a_level_that_no_design_reaches_is_named(here, ask, monkeypatch):
     assert "if it is ok, E1 exceeds 1 % of its largest after 3 s" in error
 
 
-def test_options_mean_the_same_as_a_file(file, capsys):
+def test_options_mean_the_same_as_a_file(answer, refusal):
     words = ["--system", "tmd", "--impulse", "900", "--free", "k2=500:5000", "--duration", "9",
              "--over", "scale=0.5,1", "--uncertain", "k1=5%", "--uncertain", "m1=20:uniform",
              "--load", "tone:amplitude=3,omega=6", "--quantile", "0.9", "--draws", "4"]  # fmt: skip
-    assert main([*words, "--dry-run"]) == 0
-    out = capsys.readouterr().out
+    out = answer("tuning", *words, "--dry-run")
     for line in ("load:     a blow of 900 N s + tone", "draws:    m1 ±20 (uniform)",
                  "90 % quantile of the largest last_1 of all cases over 4 draws", "10 orbits each",
                  "followed: 9 s each"):  # fmt: skip
         assert line in out
+    assert "must be NAME=SPREAD" in refusal("tuning", "--uncertain", "k1")
+    line = refusal("tuning", "--uncertain", "k1=x")
+    assert "--uncertain k1 = 'x' must be a number" in line
 
 
 @pytest.mark.parametrize(
@@ -228,11 +222,11 @@ def test_a_band_under_a_tone_is_that_of_the_tone(band):
         ("--over f=0.8:1.2:5", "f = 0.8 to 1.2 Hz (5.027 to 7.54 rad/s), 5 values"),
         ("--over P=600:1000:3 --band 5:8:4", "P = 600 to 1000 N, 3 values"),
         ("--load tone:amplitude=3,omega=6 --band 5:8:4", "tone.omega = 5 to 8, 4 values"),
+        ("--generations 8", "60 first designs and as many in each of at most 8 generations"),
     ],
 )
-def test_bands_and_ranges_in_hertz_and_of_tones(words, line, capsys):
-    assert main(["--system", "tmd", *words.split(), "--dry-run"]) == 0
-    assert line in capsys.readouterr().out
+def test_a_plan_names_bands_ranges_and_generations(words, line, answer):
+    assert line in answer("tuning", "--system", "tmd", *words.split(), "--dry-run")
 
 
 def test_walls_loads_and_moving_grounds_bring_objectives_of_their_own():
@@ -248,15 +242,6 @@ def test_walls_loads_and_moving_grounds_bring_objectives_of_their_own():
     assert "duration" not in document["sampling"]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [("k1", "must be NAME=SPREAD"), ("k1=x", "--uncertain k1 = 'x' must be a number")],
-)
-def test_a_wrong_option_is_one_line(text, message, capsys):
-    assert main(["--uncertain", text]) == 2
-    assert message in capsys.readouterr().err
-
-
 def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
     what = (Uncertain("k1", 5.0, True), Uncertain("m1", 20.0, False, "uniform"))
     places = places_of(what, 64, 7)
@@ -269,14 +254,11 @@ def test_draws_are_quantiles_of_their_distributions_at_sobol_points():
     assert not np.array_equal(places_of(what, 64, 8), places)
     np.testing.assert_allclose(what[0].at(200.0, places[:, 0]), 200 * (1 + 0.05 * places[:, 0]))
     np.testing.assert_allclose(what[1].at(200.0, places[:, 1]), 200 + 20 * places[:, 1])
-
-
-@pytest.mark.parametrize(("relative", "spread"), [(True, 5.0), (False, 0.1)])
-def test_a_draw_above_the_middle_is_larger_also_of_a_negative_value(relative, spread):
-    """C of a damper that presses against the obstacle is negative."""
-    one = Uncertain("C", spread, relative)
-    assert one.at(np.array([-2.0, 2.0]), 1.0) == pytest.approx([-1.9, 2.1], rel=1e-15)
-    assert one.at(-2.0, np.array([-1.0, 0.0, 1.0])) == pytest.approx([-2.1, -2.0, -1.9], rel=1e-15)
+    # one above the middle is larger also of a negative value: C where a damper presses
+    for one in (Uncertain("C", 5.0, True), Uncertain("C", 0.1, False)):
+        assert one.at(np.array([-2.0, 2.0]), 1.0) == pytest.approx([-1.9, 2.1], rel=1e-15)
+        values = one.at(-2.0, np.array([-1.0, 0.0, 1.0]))
+        assert values == pytest.approx([-2.1, -2.0, -1.9], rel=1e-15)
 
 
 def test_a_design_is_judged_by_mean_or_quantile_of_the_worst_case_in_each_draw():

@@ -161,9 +161,8 @@ def errors_of(
     system, model = case.system, case.model
     record = [name for name in RECORD if system.scene.walls or name not in ("impacts", "clearance")]
     options = {"tolerance": tolerance} if method is None else method
-    orbit = simulate(
-        system, PERIODS, start=case.start, record=record, samples=STOPS, **options
-    )  # fmt: skip
+    orbit = simulate(system, PERIODS, start=case.start, record=record, samples=STOPS, **options)
+    assert (orbit.section == orbit.trajectory[STOPS - 1 :: STOPS]).all()
     try:
         seen, sections = course_of(case, orbit.section), orbit.section
         wide = np.abs(np.vstack([case.start, orbit.trajectory])).max(axis=0)

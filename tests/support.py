@@ -16,7 +16,7 @@ from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.flight import COEF, TAYLOR, Grid, rate_of
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RELEASED
@@ -166,6 +166,14 @@ class Approach:
         solved, s, x1, v1, took, depth = short_impact(side, True, self.wave, self.touch)
         assert solved
         return Impact(-s, x1, v1, took, depth)
+
+
+def grid_with(p: Any, h: float = 0.1) -> Grid:
+    """Return a grid whose expanded cell of h seconds holds the polynomial p(x) as r."""
+    table, speeds = np.zeros(TAYLOR), p.deriv().coef / h
+    table[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
+    table[COEF + 3 : COEF + 3 + 4 * len(speeds) : 4] = speeds
+    return Grid(8, h, 0.125, 1.0, 1.0, 1.0, table, None)
 
 
 def run_cell_rows(

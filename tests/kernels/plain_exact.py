@@ -5,19 +5,16 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev, Polynomial
-from support import NOTHING, kernel_cell, system_of
+from support import NOTHING, grid_with, kernel_cell, system_of
 
-from nlds_vines.kernels.events.exact import fly, may_hold_a_miss, note_misses
+from nlds_vines.kernels.events.exact import fly, note_misses
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
 from nlds_vines.kernels.motion.flight import (
-    COEF,
     OF_E2,
     ORDER,
     PERIOD,
-    TAYLOR,
     TERMS,
     Bounds,
-    Grid,
     at,
     bounds_of,
     cell_polynomial,
@@ -42,19 +39,14 @@ from nlds_vines.orbits.simulation import simulate
 
 NEAR, FAR = HertzWall(0.4, 1e7, 1e5, 300.0), HertzWall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])
-
-
 H = 0.1  # length of a cell [s]
 
 
 def cell_of(p):
     """Return a grid with the polynomial r(x) in its table, and the `Bounds` of r."""
-    table, speeds = np.zeros(TAYLOR), p.deriv().coef / H
-    table[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
-    table[COEF + 3 : COEF + 3 + 4 * len(speeds) : 4] = speeds
     places = np.linspace(0.0, 1.0, 2001)
     bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3, 4))
-    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table, None), Bounds(*bounds, 0.0, 0.0)
+    return grid_with(p, H), Bounds(*bounds, 0.0, 0.0)
 
 
 def state(p, x):
@@ -162,25 +154,6 @@ def test_a_near_miss_of_either_wall():
     assert noted(HOLLOW, NEAR, FAR, 0.05) == 0.05
 
 
-@pytest.mark.parametrize(
-    ("r0", "r1", "slack", "near", "far"),
-    [
-        (0.0, 0.19, 0.02, True, False),
-        (0.19, 0.0, 0.02, True, False),
-        (0.0, 0.19, 0.005, False, False),
-        (0.0, -0.09, 0.02, False, True),
-        (-0.09, 0.0, 0.02, False, True),
-        (0.0, -0.09, 0.005, False, False),
-    ],
-)
-def test_which_cells_may_hold_a_closer_miss(r0, r1, slack, near, far):
-    """By their ends and how far r may go beyond them; the closest so far was 0.2."""
-    clearance = np.array([0.2])
-    assert may_hold_a_miss(NEAR, None, clearance, r0, r1, slack) == near
-    assert may_hold_a_miss(None, FAR, clearance, r0, r1, slack) == far
-    assert may_hold_a_miss(NEAR, FAR, clearance, r0, r1, slack) == (near or far)
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("degree", [5, 9, 12])
 def test_the_closest_of_many_misses(degree, sign):
@@ -245,8 +218,10 @@ def test_a_wall_is_missed_on_the_way_to_the_other(method):
     assert orbit.clearance == pytest.approx(0.0011299, rel=1e-4)
 
 
-USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
-FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
+FORCED = {
+    "m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0, "P": 800.0,
+    "omega": 6.28,
+}  # fmt: skip
 SAMPLES = np.linspace(0.0, 1.0, 2001)
 BOTH = 3  # bodies
 
@@ -265,29 +240,21 @@ def random_cell(rng):
     return ps, damper, grid, (math.cos(phase), math.sin(phase)), y
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_the_largest_of_a_piece_are_those_of_its_samples(seed):
-    rng = np.random.default_rng(seed)
-    ps, damper, grid, _, y = random_cell(rng)
-    end = rng.uniform(0.1, 1.0)
-    sampled = [energies(ps, damper, *at(grid.table, x)) for x in end * SAMPLES]
-    largest = np.max(sampled, axis=0)
-    energy = np.array(energies(ps, damper, *y))
-    note_energy(ps, damper, energy, *at(grid.table, end))
-    response.note_peaks(ps, damper, energy, grid, end, BOTH)
-    assert (energy >= largest * (1 - 1e-13)).all()
-    assert (energy <= largest * (1 + 1e-5)).all()
-
-
-def test_some_of_these_peaks_are_inside_and_some_at_the_end():
+def test_the_largest_of_a_piece_are_those_of_its_samples():
     inside, rising = np.zeros(2), np.zeros(2)
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        ps, damper, grid, _, _ = random_cell(rng)
+        ps, damper, grid, _, y = random_cell(rng)
         end = rng.uniform(0.1, 1.0)
         sampled = np.array([energies(ps, damper, *at(grid.table, x)) for x in end * SAMPLES])
-        inside += sampled.max(axis=0) > sampled[[0, -1]].max(axis=0) * (1 + 1e-6)
+        largest, energy = sampled.max(axis=0), np.array(energies(ps, damper, *y))
+        note_energy(ps, damper, energy, *at(grid.table, end))
+        response.note_peaks(ps, damper, energy, grid, end, BOTH)
+        assert (energy >= largest * (1 - 1e-13)).all(), seed
+        assert (energy <= largest * (1 + 1e-5)).all(), seed
+        inside += largest > sampled[[0, -1]].max(axis=0) * (1 + 1e-6)
         rising += sampled.argmax(axis=0) == len(SAMPLES) - 1
+    # some of these peaks are inside and some at the end
     assert (inside >= 1).all()
     assert (rising >= 3).all()
 
@@ -361,31 +328,24 @@ def test_what_rises_between_the_ends_of_a_cell_is_suspected():
 
 
 @pytest.mark.parametrize("length", [1.0, 0.5])
-def test_the_error_of_the_cubic_counts_for_each_body(length):
-    """Level at both ends, an energy may rise by M / 384 in between: the damper's M is another."""
-    ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
-    bounds, ends = bounds_of(ps, grid, scale_of(ps, damper, *y)), (3.0, 3.0, 0.0, 0.0)
-    fourths = bounds.energy, response.damper_bound(grid, bounds.scale, 3.0)
-    assert fourths[1] < bounds.energy * grid.table[OF_E2]
-    for body in range(2):
-        for part, expected in ((0.99, 1 + body), (1.01, 0)):
-            energy = np.full(2, 1e300)
-            energy[body] = 3.0 + part * fourths[body] * length**4 / 384
-            assert breakers(damper, energy, grid, bounds, length, ends, ends) == expected
-
-
-@pytest.mark.parametrize("length", [1.0, 0.5])
-def test_powers_count_with_the_time_that_they_have(length):
-    """As large as to make the error small: energies may rise by a third of power times time."""
+def test_how_far_an_energy_may_rise_between_its_ends(length):
+    """Level at both ends by M / 384, where the damper's M is another; by a third of power times
+    time if powers are so large that this error is small.
+    """
     ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
     bounds = bounds_of(ps, grid, scale_of(ps, damper, *y))
-    power = 1e6 * bounds.energy
-    ends = (3.0, 3.0, power, power), (3.0, 3.0, -power, -power)
-    for body in range(2):
-        for part, expected in ((0.99, 1 + body), (1.01, 0)):
-            energy = np.full(2, 1e300)
-            energy[body] = 3.0 + part * power * length * grid.h / 3
-            assert breakers(damper, energy, grid, bounds, length, *ends) == expected
+    fourths = bounds.energy, response.damper_bound(grid, bounds.scale, 3.0)
+    assert fourths[1] < bounds.energy * grid.table[OF_E2]
+    for power, rises in (
+        (0.0, [fourth * length**4 / 384 for fourth in fourths]),
+        (1e6 * bounds.energy, [1e6 * bounds.energy * length * grid.h / 3] * 2),
+    ):
+        ends = (3.0, 3.0, power, power), (3.0, 3.0, -power, -power)
+        for body, rise in enumerate(rises):
+            for part, expected in ((0.99, 1 + body), (1.01, 0)):
+                energy = np.full(2, 1e300)
+                energy[body] = 3.0 + part * rise
+                assert breakers(damper, energy, grid, bounds, length, *ends) == expected
 
 
 @pytest.mark.parametrize("softer", [1e2, 1e4, 1e6])

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from support import NOTHING, kernel_cell
+from support import NOTHING, grid_with, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly, may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
@@ -28,15 +28,11 @@ from nlds_vines.kernels.watch.response import damper_bound
 from nlds_vines.kernels.watch.touch import LOST, NOWHERE, tightened
 
 PLACES = np.linspace(0.0, 1.0, 201)
-USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
-FORCED = {**USUAL, "P": 800.0, "omega": 6.28, "K": 3e7}
-PUSHED = {"m1": 1000.0, "m2": 60.0, "P": 800.0, "omega": 6.28}  # no spring, no dashpot
-
-
-def cell_of(p):
-    cell = np.zeros(flights.TAYLOR)
-    cell[flights.COEF + 2 : flights.COEF + 2 + 4 * len(p.coef) : 4] = p.coef
-    return cell
+X = Polynomial([0.0, 1.0])
+FORCED = {
+    "m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0, "P": 800.0,
+    "omega": 6.28, "K": 3e7,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("k", range(2, 15))
@@ -45,18 +41,18 @@ def test_bounds_from_the_polynomial_hold(k):
 
     r = x^k has r'' = k (k - 1) x^(k - 2) and r''' = k (k - 1) (k - 2) x^(k - 3).
     """
-    second, third = tightened(cell_of(Polynomial([0.0] * k + [1.0])), np.inf, np.inf)
+    second, third = tightened(grid_with(X**k).table, np.inf, np.inf)
     assert (second, third) == (k * (k - 1.0), k * (k - 1.0) * (k - 2.0))
     mixed = Polynomial(np.random.default_rng(k).normal(size=k + 1))
-    second, third = tightened(cell_of(mixed), np.inf, np.inf)
+    second, third = tightened(grid_with(mixed).table, np.inf, np.inf)
     assert np.abs(mixed.deriv(2)(PLACES)).max() <= second * (1 + 1e-12)
     if k > 2:
         assert np.abs(mixed.deriv(3)(PLACES)).max() <= third * (1 + 1e-12)
 
 
 def test_bounds_from_the_energy_stay_where_they_are_less():
-    cell = cell_of(Polynomial([0.0, 1.0, 2.0, 3.0]))
-    assert tightened(cell, 0.5, 0.25) == (0.5, 0.25)
+    table = grid_with(X + 2 * X**2 + 3 * X**3).table
+    assert tightened(table, 0.5, 0.25) == (0.5, 0.25)
 
 
 NEAR, FAR = HertzWall(0.1, 1e7, 1e5, 1.0), HertzWall(0.05, 1e7, 1e5, 1.0)
@@ -86,13 +82,6 @@ def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, s
         walls = (w and w._replace(gap=w.gap - seen) for w in (near, far))
         cleared = not proves_no_touch(*walls, r0, r1, slack)
         assert may_hold_a_miss(near, far, np.array([seen]), r0, r1, slack) == cleared
-
-
-def grid_with(p):
-    """Return a grid whose expanded cell holds the polynomial p as r."""
-    cell = cell_of(p)
-    cell[flights.COEF + 3 : flights.COEF + 3 + 4 * (len(p.coef) - 1) : 4] = p.deriv().coef / 0.1
-    return flights.Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell, None)
 
 
 def end_of(p, x=1.0):
@@ -135,9 +124,14 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
         assert (place, event) == (LOST, codes.ASTRAY)
 
 
-def prepared(numbers):
-    cell = kernel_cell(**numbers)
-    ps, damper = structure_under(None, cell), damper_in(cell)
+def parts_of(**changes):
+    cell = kernel_cell(**{**FORCED, **changes})
+    return structure_under(None, cell), damper_in(cell)
+
+
+def prepared(**changes):
+    """Return structure, damper and the grid of a period."""
+    ps, damper = parts_of(**changes)
     return ps, damper, flights.grid_from(ps, damper, flights.cells_of(ps, damper), flights.PERIOD)
 
 
@@ -164,7 +158,7 @@ def derivatives_of(ps, damper, grid, y, phase):
 
 
 def test_the_energy_scale_is_that_of_both_bodies():
-    ps, damper, _ = prepared(FORCED)
+    ps, damper, _ = prepared()
     p, (x1, v1, r, s) = FORCED, (0.01, -0.2, 0.03, 0.4)
     square = p["k1"] * x1**2 + p["m1"] * v1**2 + p["k2"] * r**2 + p["m2"] * (v1 - s) ** 2
     assert scale_of(ps, damper, x1, v1, r, s) == pytest.approx(np.sqrt(square), rel=1e-15)
@@ -180,7 +174,7 @@ def test_bounds_from_the_energy_hold(seed):
     numbers = {name: value * 10.0 ** rng.uniform(-2, 2) for name, value in FORCED.items()}
     for name in rng.choice(["c1", "c2", "P", "k2"], 2):
         numbers[name] = 0.0
-    ps, damper, grid = prepared(numbers)
+    ps, damper, grid = prepared(**numbers)
     for _ in range(50):
         units = rng.normal(size=4) * rng.integers(0, 2, 4)  # of sqrt(2 E), body by body
         x1, v1, r = units[:3] / np.sqrt([ps.k1, ps.m1, max(damper.k2, 1e-300)])
@@ -202,7 +196,7 @@ def test_bounds_of_what_only_the_force_moves_are_reached():
     The fourth derivative of E1 is 3 u'' u'' there where u'' is largest; its bound takes each
     derivative of the forcing for largest at once.
     """
-    ps, damper, grid = prepared(PUSHED)
+    ps, damper, grid = prepared(k1=0.0, c1=0.0, k2=0.0, c2=0.0)
     bounds, rest = flights.bounds_of(ps, grid, 0.0), (0.0, 0.0, 0.0, 0.0)
     crest = derivatives_of(ps, damper, grid, rest, 0.0)
     slope = derivatives_of(ps, damper, grid, rest, np.pi / 2)
@@ -223,7 +217,7 @@ def test_the_damper_has_a_bound_of_its_own(seed):
     numbers = {name: value * 10.0 ** rng.uniform(-1.5, 1.5) for name, value in FORCED.items()}
     for name in rng.choice(["c1", "c2", "P"], 2):
         numbers[name] *= 1e-6
-    ps, damper, grid = prepared(numbers)
+    ps, damper, grid = prepared(**numbers)
     for _ in range(10):
         units = rng.normal(size=4) * rng.choice([1e-3, 1.0], 4)
         x1, v1, r, v2 = units / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
@@ -240,7 +234,7 @@ def test_the_damper_has_a_bound_of_its_own(seed):
 
 def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
     """A damper without dashpot on a structure at rest: u turns with sqrt(k2 / m2), |u| stays."""
-    ps, damper, grid = prepared({**FORCED, "c2": 0.0, "P": 0.0, "m1": 1e12})
+    ps, damper, grid = prepared(c2=0.0, P=0.0, m1=1e12)
     e2 = energies(ps, damper, 0.0, 0.0, 0.01, 0.0)[1]
     turn = math.sqrt(damper.k2 / damper.m2) * grid.h
     alone = damper_bound(grid, 0.0, e2)
@@ -249,7 +243,7 @@ def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
     drive, pull = grid.table[flights.OF_E2 + 1], grid.table[flights.OF_E2 + 2]
     assert drive * grid.h == pytest.approx(turn)
     assert pull == pytest.approx(damper.k2 / math.sqrt(ps.k1 * damper.m2))
-    ps, damper, grid = prepared({**FORCED, "k2": 0.0, "P": 0.0})
+    ps, damper, grid = prepared(k2=0.0, P=0.0)
     assert grid.table[flights.OF_E2 + 1] == pytest.approx(damper.c2 / damper.m2)
     assert grid.table[flights.OF_E2 + 2] == pytest.approx(damper.c2 / math.sqrt(ps.m1 * damper.m2))
     drive, pull = grid.table[flights.OF_E2 + 1 : flights.OF_E2 + 3]
@@ -264,7 +258,7 @@ def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
 @pytest.mark.parametrize("softer", [1e-2, 1.0, 1e2, 1e4])
 def test_the_dampers_energy_is_bounded_by_the_scale(softer):
     """E2 takes the absolute displacement: k2 (x1 - r)^2 of k1 x1^2 + k2 r^2 is 1 + k2 / k1."""
-    ps, damper, grid = prepared({**FORCED, "P": 0.0, "k1": FORCED["k2"] / softer})
+    ps, damper, grid = prepared(P=0.0, k1=FORCED["k2"] / softer)
     x1, r = 1.0 / ps.k1, -1.0 / damper.k2
     square = scale_of(ps, damper, x1, 0.0, r, 0.0) ** 2
     share = 2.0 * energies(ps, damper, x1, 0.0, r, 0.0)[1] / square
@@ -277,12 +271,10 @@ def test_the_dampers_energy_is_bounded_by_the_scale(softer):
 def test_cells_are_short_beside_the_rate_and_no_more_than_memory_holds():
     """0.7 / rate is what the polynomials of order 14 reach; a period has 8 cells at least."""
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
-        cell = kernel_cell(**{**FORCED, "omega": omega})
-        ps, damper = structure_under(None, cell), damper_in(cell)
+        ps, damper = parts_of(omega=omega)
         n, rate = flights.cells_of(ps, damper), flights.rate_of(ps, damper)
         assert n == max(8, math.ceil(2 * np.pi / omega * rate / 0.7))
-    cell = kernel_cell(**{**FORCED, "omega": 1e-6})
-    assert flights.cells_of(structure_under(None, cell), damper_in(cell)) == -1
+    assert flights.cells_of(*parts_of(omega=1e-6)) == -1
 
 
 @pytest.mark.parametrize(
@@ -306,23 +298,6 @@ def test_numbers_that_are_allowed(changes, rk4, fine):
     cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
     parts = Parts(rk4, True, NEAR, FAR, None, None, None, 0.0, 0.0, 0.0)
     assert bool(allowed(parts, cell)) is fine
-
-
-DRIVEN = {
-    "m1": 1000.0,
-    "k1": 3.95e4,
-    "c1": 452.0,
-    "m2": 60.0,
-    "k2": 669.0,
-    "c2": 50.8,
-    "P": 800.0,
-    "omega": 6.28,
-}
-
-
-def parts_of(**changes):
-    cell = kernel_cell(**{**DRIVEN, **changes})
-    return structure_under(None, cell), damper_in(cell)
 
 
 def unit_states(ps, damper):
@@ -372,11 +347,11 @@ def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
     )
 
 
-def largest_derivatives(p, y, phase, cells):
-    """Return the largest second, third and fourth derivative of r over some cells."""
-    ps, damper = parts_of(**p)
+def largest_derivatives(changes, phase, cells):
+    """Return the largest second, third and fourth derivative of r from rest over some cells."""
+    ps, damper = parts_of(**changes)
     grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
-    largest = np.zeros(3)
+    largest, y = np.zeros(3), (0.0,) * 4
     for j in range(cells):
         angle = phase + j * grid.h * ps.omega
         flights.cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
@@ -405,7 +380,7 @@ def test_bounds_from_rest_hold_over_four_cells(changes, phase):
     for cells in (1, 4):
         scale = grid.push * grid.h * cells
         bounds = flights.bounds_of(ps, grid, scale)
-        largest = largest_derivatives(changes, (0.0, 0.0, 0.0, 0.0), phase, cells)
+        largest = largest_derivatives(changes, phase, cells)
         assert (largest <= np.array(bounds[:3]) * (1 + 1e-12)).all()
 
 
@@ -416,7 +391,7 @@ def test_each_part_of_the_bounds_is_needed():
     bend, jerk, fourth, *_ = flights.bounds_of(ps, grid, 0.0)
     by_force = ps.omega**2 * ps.force
     h2 = grid.h * grid.h
-    assert largest_derivatives({"c1": 0.0, "c2": 0.0}, (0.0,) * 4, 0.0, 1)[0] == pytest.approx(bend)
+    assert largest_derivatives({"c1": 0.0, "c2": 0.0}, 0.0, 1)[0] == pytest.approx(bend)
     assert bend == pytest.approx(ps.force * h2, rel=1e-14)
     assert jerk == pytest.approx((grid.bend * grid.push + ps.omega * ps.force) * h2 * grid.h)
     second = 2 * grid.rate * grid.push
@@ -446,7 +421,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     grid = flights.grid_from(ps, damper, 11, flights.PERIOD)
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
-    cell = kernel_cell(**{**DRIVEN, "K": 1e7})
+    cell = kernel_cell(**{**FORCED, "K": 1e7})
     wall = hertz_wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
     flight = Flight(None, ps, damper, wall, None, grid)
     flown = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from support import NOTHING, Approach, contact_parts, references, side_of
 from test_impact_variations import Impact
+from test_impact_variations import random_impacts as varied_impacts
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events.contact import Steps, contact
@@ -56,20 +57,7 @@ def accepted(approach, parts, impacts=True, arc=STANDARD):
 
 
 def random_impacts(count, seed):
-    """Return approaches with everything varied, dashpots above all, that are short impacts."""
-    rng = np.random.default_rng(seed)
-    impacts = []
-    while len(impacts) < count:
-        changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
-        changes["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
-        changes["K"] = 10 ** rng.uniform(5, 12)
-        parts = parts_with(**changes)
-        approach = Approach(
-            10 ** rng.uniform(-2, 1), *rng.normal(0, (0.05, 0.3)), rng.uniform(0, 6)
-        )
-        if accepted(approach, parts)[0]:
-            impacts.append((approach, parts))
-    return impacts
+    return [(one.approach, one.parts) for one in varied_impacts(count, STANDARD, seed)]
 
 
 def errors_of(approach, parts, arc, exact):
@@ -290,21 +278,6 @@ def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
     return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
-def test_the_state_at_any_time(tolerance):
-    """Notices: the half from release taken forward in time; too few nodes."""
-    arc = make_arc(tolerance)
-    ahead = ahead_of(arc)
-    for share in (1e-6, 0.01, 0.2, 0.4, 0.499, 0.501, 0.6, 0.9, 0.999):
-        time = share * ahead.took
-        event, q, s, x1, v1 = stepped(time)
-        assert event == STOPPED
-        state, *others = inside.state_inside(stepping(arc), PHASE, ahead, time)
-        off = np.abs(np.array([state * state, *others]) - (q * q, s, x1, v1))
-        scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
-        assert (off / scales).max() <= tolerance + 1e-13
-
-
 def test_the_ends_are_what_they_are():
     arc = make_arc(1e-9)
     ahead = ahead_of(arc)
@@ -327,25 +300,16 @@ def test_backward_in_time_an_impact_is_an_impact():
 
 
 def drawn(count, seed=3):
-    """Return random impacts (touch, phase, parts) around those of Set 6."""
-    rng = np.random.default_rng(seed)
-    while count:
-        changes = {name: SET6[name] * 10 ** rng.uniform(-1, 1) for name in ("c1", "c2", "P", "k2")}
-        parts = contact_parts(
-            **{**SET6, "near": SET6["C"], "K": 10 ** rng.uniform(7, 10), **changes}
-        )
-        angle = rng.uniform(0, 6.28)
-        phase, touch = (math.cos(angle), math.sin(angle)), (
-            10 ** rng.uniform(-2, 0.5), rng.normal(0, 0.02), rng.normal(0, 0.3),
-        )  # fmt: skip
-        if impact.short_impact(side_of(parts, make_arc()), None, phase, (0.0, *touch))[0]:
-            count -= 1
-            yield touch, phase, parts
+    """Return random impacts (touch, phase, parts)."""
+    return [
+        (approach.touch[1:], approach.wave, parts)
+        for approach, parts in random_impacts(count, seed)
+    ]
 
 
 def test_a_state_errs_by_the_tolerance():
     """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
-    arcs, fine = [make_arc(tolerance) for tolerance in (1e-6, 1e-9, 1e-12)], make_arc(nodes=40)
+    arcs, fine = [make_arc(tolerance) for tolerance in TOLERANCES], make_arc(nodes=40)
     for touch, phase, parts in drawn(60, seed=5):
         ahead = ahead_of(fine, touch, phase, parts)
         scales = touch[0] * ahead.took, touch[0], touch[0] * ahead.took, touch[0]
@@ -467,20 +431,6 @@ def test_a_response_is_that_of_all_steps(monkeypatch):
     np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
 
 
-@pytest.mark.parametrize("stops", [8, 64])
-def test_samples_inside_impacts_are_states_of_the_orbit(stops):
-    """However often sections cut an impact, the orbit goes on as if they did not."""
-    system = load_system("ssul-set3", omega=6.28)
-    plain = simulate(system, 4, record=["section"])
-    cut = simulate(system, 4, record=["section", "trajectory"], samples=stops)
-    fine = simulate(system, 4, record=["section", "trajectory"], samples=stops, tolerance=1e-12)
-    np.testing.assert_allclose(cut.trajectory, fine.trajectory, rtol=0, atol=1e-7)
-    steps = {"method": "rk4", "period_steps": 1024}  # where nothing is solved as a whole
-    other = simulate(system, 2, record=["trajectory"], samples=stops, **steps)
-    np.testing.assert_allclose(cut.trajectory[: 2 * stops], other.trajectory, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(cut.section, plain.section, rtol=0, atol=1e-8)
-
-
 LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
 
 
@@ -495,7 +445,7 @@ def dropped(tolerance, **law):
     return simulate(ball, 1, start=(1, 0), record=("impacts",), tolerance=tolerance).impacts[0]
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_a_ball_that_falls_on_a_soft_table(tolerance):
     """At the deepest point 0.4 K z^2.5 = m g (h + z); the time is twice a quadrature."""
     orbit = dropped(tolerance)
@@ -504,9 +454,13 @@ def test_a_ball_that_falls_on_a_soft_table(tolerance):
     assert orbit["force"] == pytest.approx(1e5 * orbit["depth"] ** 1.5, rel=1e-12)
 
 
-@pytest.mark.parametrize(("load", "tolerance"), [(30.0, 1e-6), (-30.0, 1e-9), (30.0, 1e-12)])
-def test_a_short_impact_is_that_of_small_steps(load, tolerance):
-    parts, arc = loaded(load), make_arc(tolerance)
+@pytest.mark.parametrize(
+    ("load", "tolerance"),
+    [*((None, tolerance) for tolerance in TOLERANCES), (30.0, 1e-6), (-30.0, 1e-9), (30.0, 1e-12)],
+)
+def test_a_short_impact_is_that_of_small_steps_at_any_time(load, tolerance):
+    """Notices: the half from release taken forward in time; too few nodes."""
+    parts, arc = PARTS if load is None else loaded(load), make_arc(tolerance)
     approach = Approach(*TOUCH, 1.0)
     ahead = ahead_of(arc, parts=parts)
     true = approach.step(parts, 200)
@@ -515,12 +469,13 @@ def test_a_short_impact_is_that_of_small_steps(load, tolerance):
     assert ahead.took == pytest.approx(true.duration, rel=tolerance)
     assert v1 == pytest.approx(true.v1, abs=tolerance * TOUCH[0])
     assert approach.solve(parts, 24).depth == pytest.approx(true.depth, rel=1e-12)
-    for share in (0.01, 0.4, 0.6, 0.99):
+    scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+    for share in (1e-6, 0.01, 0.2, 0.4, 0.499, 0.501, 0.6, 0.9, 0.99, 0.999):
         time = share * ahead.took
-        _, q, s, x1, v1 = stepped(time, parts=parts)
+        event, q, s, x1, v1 = stepped(time, parts=parts)
+        assert event == STOPPED
         p, *others = inside.state_inside(stepping(arc, parts), PHASE, ahead, time)
         off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
-        scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
+from support import grid_with
 
-from nlds_vines.kernels.motion.flight import COEF, TAYLOR
 from nlds_vines.kernels.numerics.roots import SLOPE_ERROR, VALUE_ERROR, highest, only_rises
 from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch.touch import NOWHERE, first_touch, nearest_miss, note_limit
@@ -18,10 +18,8 @@ LEVEL = 0.06
 
 def prepared(p):
     """Return the cell of a polynomial r(x), and bounds of its second and third derivative."""
-    cell = np.zeros(TAYLOR)
-    cell[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
     bounds = (max(np.abs(p.deriv(n).coef).sum(), 1e-9) for n in (2, 3))
-    return cell, *bounds
+    return grid_with(p).table, *bounds
 
 
 def touch(excess, x=0.0, end=1.0, sign=1.0):
@@ -80,18 +78,19 @@ def test_first_of_any_roots(twentieths):
     assert touch(from_roots(*roots)) == pytest.approx(min(roots), abs=1e-9)
 
 
-@pytest.mark.parametrize("bend", [0.5, 4.0, 40.0, 400.0])
-def test_an_approach_that_speeds_up(bend):
-    """Newton's step from below would pass the root: (-1 + sqrt(1 + 4 b)) / 2 b of b x^2 + x = 1."""
-    p = bend * X**2 + X - 1
-    assert touch(p) == pytest.approx((np.sqrt(1 + 4 * bend) - 1) / (2 * bend), abs=1e-12)
-
-
 PLACES = {  # an excess, and where it is first zero, to how much
     "that is cleared by a hair": (-((X - 0.5) ** 2) - 1e-12, NOWHERE),
     "by a hair": (-((X - 0.5) ** 2) + 1e-12, 0.5 - 1e-6, 1e-8),
     "within the end of the cell": (X - 1 + 1e-9, 1 - 1e-9, 1e-14),
     "beyond the end of the cell": (X - 1 - 1e-9, NOWHERE),
+    **{
+        f"ever faster, {b:g} x^2 + x = 1": (
+            b * X**2 + X - 1,
+            2.0 / (1.0 + np.sqrt(1 + 4 * b)),
+            1e-12,
+        )
+        for b in (0.5, 4.0, 40.0, 400.0)  # Newton's step from below would pass the root
+    },
     "on the wall, moving in ever slower": (X - X**2, 0.0),
     "on the wall, moving in": (X, 0.0),
     "on the wall, moving in ever faster": (X + X**2, 0.0),

@@ -91,7 +91,8 @@ def random_impacts(count, arc, seed=5):
     """Return impacts with everything varied, dashpots above all, that are short."""
     rng, impacts = np.random.default_rng(seed), []
     while len(impacts) < count:
-        changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
+        names = ("m1", "k1", "c1", "m2", "k2", "P")
+        changes = {name: SET6[name] * 10 ** rng.uniform(-1, 1) for name in names}
         changes["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
         changes["K"] = 10 ** rng.uniform(5, 12)
         speed, phase = 10 ** rng.uniform(-2, 1), rng.uniform(0, 6)

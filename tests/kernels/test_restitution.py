@@ -188,9 +188,7 @@ def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
 
 
 def test_without_damping_and_force_elastic_impacts_keep_energy():
-    system = load_system(
-        "ssul-set6", law="restitution", e=1.0, c1=0.0, c2=0.0, P=0.0, omega=6.28
-    )  # fmt: skip
+    system = load_system("ssul-set6", law="restitution", e=1.0, c1=0.0, c2=0.0, P=0.0, omega=6.28)
     start = [0.1, 0.3, 0.2, -1.0]
     orbit = simulate(system, 20_000, start=start)
     x1, v1, x2, v2 = np.vstack([start, orbit.section]).T
@@ -476,15 +474,20 @@ def test_bouncing_orbits_in_closed_form(gamma, e, n):
 
 @pytest.mark.parametrize("e", [0.15, 0.5, 0.8])
 def test_a_bouncing_orbit_is_born_and_doubles_where_the_textbook_says(e):
-    """Gamma >= pi (1 - e) / (1 + e), and < sqrt(that^2 + (2 (1 + e^2) / (1 + e)^2)^2)."""
+    """Gamma >= pi (1 - e) / (1 + e), and < sqrt(that^2 + (2 (1 + e^2) / (1 + e)^2)^2).
+
+    With e = 0.15 and A = g = 1, where omega^2 is Gamma, from omega = 1.52383 to 1.67027.
+    """
     born = np.pi * (1 - e) / (1 + e)
     doubles = math.hypot(born, 2 * (1 + e * e) / (1 + e) ** 2)
+    assert e != 0.15 or np.sqrt([born, doubles]) == pytest.approx([1.52383, 1.67027], abs=5e-6)
     for gamma, stable in (
+        (born * 0.98, False),
         (born * 1.0001, True),
         (doubles * 0.9999, True),
         (doubles * 1.0001, False),
     ):
-        start = bounce(gamma, e, 30.0, 1)[0]
+        start = bounce(max(gamma, born), e, 30.0, 1)[0]
         regime = classify(ball(gamma, e), start=start)
         assert (regime.label == "T,1") is stable, gamma
         if stable:
@@ -494,24 +497,6 @@ def test_a_bouncing_orbit_is_born_and_doubles_where_the_textbook_says(e):
     y[:2] = bounce(doubles, e, 30.0, 1)[0]
     _, matrix = period_map(flow, y)
     assert matrix[0, 0] + matrix[1, 1] == pytest.approx(-(1 + e**2), abs=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("omega", "label"), [(1.51, False), (1.5239, True), (1.6702, True), (1.6704, False)]
-)
-def test_the_range_of_one_bounce_a_period(omega, label):
-    """r = 0.15, A = g = 1: omega = 1.52383 and 1.67027."""
-    system = System(
-        "ball", {"m": 1.0, "g": 1.0, "Y": 1.0, "omega": omega, "e": 0.15}, law="restitution"
-    )
-    gamma = omega**2
-    start = (1.0, 0.0)
-    if gamma > np.pi * 0.85 / 1.15:
-        T, sine = 2 * np.pi / omega, -0.85 / 1.15 * np.pi / gamma
-        since = T - (math.asin(sine) + 2 * np.pi) / omega
-        height = math.cos(math.asin(sine)) + 0.5 * T * since - 0.5 * since**2 - 1.0
-        start = height, 0.5 * T - since
-    assert (classify(system, start=start).label == "T,1") is label
 
 
 def test_a_ball_comes_to_rest_on_a_table_that_stands_still():
@@ -544,8 +529,11 @@ def test_an_inelastic_ball_takes_off_where_the_table_falls_faster(gamma):
     rested = np.abs(turns - off) < 1e-9
     assert rested.any()
     regime = classify(system, start=(0.0, 0.0))
-    if rested.all():  # every impact ends in rest: all is forgotten in a period
+    assert rested.all() or gamma > 1.2
+    if rested.all():  # every impact ends in rest: all is forgotten, and no exponent is a number
         assert abs(regime.multipliers).max() == 0.0
+        assert (regime.exponents == -np.inf).all()
+        assert regime.lyapunov == -np.inf
 
 
 @pytest.mark.parametrize("gamma", [3.3, 3.7, 3.7235])
@@ -558,13 +546,6 @@ def test_an_inelastic_ball_that_is_left_at_once_forgets_its_speed_alone(gamma):
     exponent = math.log(abs(mu)) / ball(gamma, 0.0).period
     np.testing.assert_allclose(regime.exponents, [exponent, -np.inf], rtol=1e-6)
     assert regime.lyapunov == regime.exponents[0]
-
-
-def test_where_all_is_forgotten_no_exponent_is_a_number():
-    """The ball rests in each period."""
-    regime = classify(ball(1.2, 0.0), start=(0.0, 0.0))
-    assert (regime.exponents == -np.inf).all()
-    assert regime.lyapunov == -np.inf
 
 
 @pytest.mark.parametrize(

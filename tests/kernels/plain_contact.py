@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support import BOTH, NOTHING, Approach, contact_parts, references, side_of
+from support import BOTH, NOTHING, contact_parts, references, side_of
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events import contact as stepping
@@ -99,13 +99,6 @@ def test_a_damper_that_is_pressed_back_before_it_is_out_stays_in_contact():
         assert depth == pytest.approx(fine[6], rel=1e-9)
         events.append(event)
     assert events == [STOPPED] * 4 + [RELEASED] * 2
-
-
-def test_approaches_of_both_orders_agree():
-    parts, approach = parts_of(), Approach(speed=0.7, x1=0.0, v1=0.1, phase=2.0)
-    exact = approach.step(parts, 200)
-    assert approach.step(parts, 28).difference(exact) <= 1e-10
-    assert approach.step(parts, 512, rk4=True).difference(exact) <= 1e-9
 
 
 def errors(parts, tolerance, starts):

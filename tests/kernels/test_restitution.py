@@ -26,7 +26,6 @@ pytestmark = pytest.mark.kernels
 
 ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
 FLIPS = [(case, flip) for case in CASES for flip in case["flips"]]
-FOLDS = [case for case in CASES if case["fold_A"]]
 
 
 def named(pair):
@@ -70,53 +69,6 @@ def test_orbits_in_closed_form(pair):
     np.testing.assert_allclose(in_order(orbit.multipliers), expected, rtol=0, atol=1e-10)
     volume = np.exp(-system.parameters["c"] * case["n"] * system.period) * case["e"] ** 2
     assert orbit.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
-
-
-@pytest.mark.parametrize("pair", FLIPS, ids=named)
-def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
-    case, exact = pair
-    start = start_of(case, exact)
-    at, after, before = (
-        closed(oscillator(case, exact["A"] * (1 + step)), start, case["n"])
-        for step in (0.0, 1e-4, -1e-4)
-    )
-    assert at.slowest == pytest.approx(exact["speed"], rel=1e-9)
-    assert in_order(at.multipliers)[-1] == pytest.approx(-1.0, abs=1e-8)
-    sizes = sorted(abs(o.multipliers).max() for o in (before, after))
-    assert sizes[0] < 1.0 - 1e-6
-    assert sizes[1] > 1.0 + 1e-6
-
-
-@pytest.mark.parametrize("case", FOLDS, ids=named)
-def test_two_orbits_meet_at_each_fold(case):
-    """Both sides: two orbits, one of them stable and one a saddle, and then none."""
-    exact = min(case["orbits"], key=lambda orbit: orbit["A"])
-    pair = [orbit for orbit in case["orbits"] if orbit["A"] == exact["A"]]
-    down = np.geomspace(exact["A"], case["fold_A"] * (1 + 1e-6), 60)
-    ends = []
-    for orbit in pair:
-        y = start_of(case, orbit)
-        for P in down:
-            multipliers = closed(oscillator(case, P), y, case["n"])
-            assert multipliers.residual < 1e-9
-            y = multipliers.y
-        ends.append(multipliers)
-    sizes = sorted(float(in_order(end.multipliers)[-1].real) for end in ends)
-    assert sizes[0] < 1.0 < sizes[1]
-    assert sizes[1] - sizes[0] < 0.05
-    assert np.abs(ends[0].y - ends[1].y).max() < 0.05
-    beyond = closed(oscillator(case, case["fold_A"] * (1 - 1e-4)), y, case["n"])
-    assert not (beyond.residual < 1e-9 and beyond.impacts == 1)
-
-
-@pytest.mark.parametrize("case", CASES, ids=named)
-def test_the_motion_without_impact_grazes_where_it_must(case):
-    for share, touches in ((1 - 1e-9, False), (1 + 1e-9, True)):
-        system = oscillator(case, case["grazing_A"] * share)
-        p = system.parameters
-        X = p["P"] / (p["k"] - p["m"] * p["omega"] ** 2 + 1j * p["omega"] * p["c"])
-        start = [X.real, (1j * p["omega"] * X).real]
-        assert bool(len(simulate(system, 1, start=start).impacts)) == touches
 
 
 def test_labels_on_both_sides_of_a_period_doubling():

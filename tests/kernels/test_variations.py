@@ -202,21 +202,6 @@ def test_lengths_are_those_of_triangular_matrices_and_add_up_to_determinants():
     assert growth.sum() == pytest.approx(expected, abs=1e-10)
 
 
-@pytest.mark.parametrize(("kind", "changes"), [("ssul", {"omega": 7.4}), ("ssbl", {"omega": 6.3})])
-def test_exponents_add_up_along_any_orbit(kind, changes):
-    system = load_system("ssul-set6" if kind == "ssul" else "ssbl", **changes)
-    flow, periods = flow_on(system), 200
-    state, tangent, growth = variations.new_state(), np.zeros(16), np.zeros(4)
-    variations.place_state(flow, np.zeros(4), state)
-    variations.set_identity(tangent)
-    for _ in range(periods):
-        assert advance(flow, tangent, state) == OK
-        variations.orthonormalize(tangent, flow.space.size, growth)
-    exponents = growth / (periods * system.period)
-    assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
-    assert exponents[0] > exponents[-1]
-
-
 @pytest.mark.parametrize(
     ("name", "changes", "together"),
     [

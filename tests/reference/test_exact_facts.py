@@ -10,7 +10,6 @@ from support import (
     BOTH,
     FULL,
     amplitudes,
-    fitted_order,
     follow_ssbl,
     follow_ssul,
     kernel_cell,
@@ -260,7 +259,7 @@ def one_impact(p, v1, s):
     return start, orbit.section[0], row
 
 
-@pytest.mark.parametrize("K", [1e5, SET6["K"], STEEL])
+@pytest.mark.parametrize("K", [1e5, SET6["K"], STEEL, 1e10 * SET6["K"]])
 @pytest.mark.parametrize(("v1", "s"), [(0.4, 1.5), (-0.4, 1.5), (0.1, 0.05)])
 def test_gains_are_differences_of_the_energies(K, v1, s):
     p, rest = {**SET6, **FREE, "K": K, "omega": 1.0}, SET6["V"] + SET6["C"]
@@ -275,37 +274,6 @@ def test_gains_are_differences_of_the_energies(K, v1, s):
     w = touch[2] - rest, release[2] - rest
     share = p["k2"] * (w[1] ** 2 - w[0] ** 2) / 2
     assert gains.sum() == pytest.approx(share, abs=1e-11 * scale)
-
-
-def test_gains_of_a_rigid_impact():
-    """With K to infinity, as K^(-2/5): gain1 = -gain2 = -J v1 + J^2 / 2 m1, J = 2 mu s."""
-    stiffness, v1, s = SET6["K"] * 10.0 ** np.arange(2, 11, 2), 0.4, 1.5
-    mu = SET6["m1"] * SET6["m2"] / (SET6["m1"] + SET6["m2"])
-    rigid = -2 * mu * s * v1 + (2 * mu * s) ** 2 / (2 * SET6["m1"])
-    rows = [one_impact({**SET6, **FREE, "K": K, "omega": 1.0}, v1, s)[2] for K in stiffness]
-    errors = [max(abs(row["gain1"] - rigid), abs(row["gain2"] + rigid)) for row in rows]
-    sums = [abs(row["gain1"] + row["gain2"]) for row in rows]
-    assert fitted_order(errors, stiffness) == pytest.approx(0.4, abs=0.01)
-    assert fitted_order(sums, stiffness) == pytest.approx(0.4, abs=0.01)
-    assert errors[-1] < 1e-4 * abs(rigid)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize(("kind", "numbers"), [("ssul", SET6), ("ssbl", SSBL)])
-@pytest.mark.parametrize("options", [{}, {"method": "rk4"}], ids=["exact", "rk4"])
-def test_gains_cancel_but_for_the_work_of_the_other_forces(kind, numbers, options):
-    """Force, dashpots and springs have little time to work; bounds of their power times that."""
-    system = system_of(kind, numbers)
-    hits = simulate(system, 60, record=BOTH, **options).impacts
-    hits = hits[~np.isnan(hits["release"])]
-    assert len(hits) > 50
-    v1, s, x = 1.0, hits["speed"].max(), 0.2  # more than any speed and displacement here
-    dashpots = numbers["c1"] * v1**2 + numbers["c2"] * (1.5 * s) ** 2
-    power = numbers["P"] * v1 + dashpots + numbers["k2"] * x * (v1 + 2 * s)
-    lasting = hits["release"] - hits["touch"]
-    total = hits["gain1"] + hits["gain2"]
-    assert (np.abs(total) <= power * lasting).all()
-    assert np.median(np.abs(total) / np.abs(hits["gain2"])) < 0.1
 
 
 def test_an_impact_under_way_has_no_gain_yet():

@@ -84,14 +84,14 @@ def case_of(i: int) -> Case:
     start = np.array([x1, v1])
     if kind == "ball":
         start = np.array([abs(x1) + 0.1, v1])
+    lows = [w.place for w in model.walls if w.sign < 0]
+    highs = [w.place for w in model.walls if w.sign > 0]
     if model.m2 is None:
-        start[0] = min(start[0], 0.9 * min([w.place for w in model.walls if w.sign > 0], default=9))
-        start[0] = max(
-            start[0], 0.9 * max([w.place for w in model.walls if w.sign < 0], default=-9)
-        )
+        start[0] = min(start[0], 0.9 * min(highs, default=9))
+        start[0] = max(start[0], 0.9 * max(lows, default=-9))
     else:
-        low = max([w.place for w in model.walls if w.sign < 0] + [model.limit, model.rest - 0.5])
-        high = min([w.place for w in model.walls if w.sign > 0] + [model.rest + 0.5])
+        low = max([*lows, model.limit, model.rest - 0.5])
+        high = min([*highs, model.rest + 0.5])
         start = np.array([x1, v1, x1 + rng.uniform(low, high), v1 + rng.normal(0, 1.0)])
     return Case(system, model, start)
 
@@ -163,29 +163,42 @@ def errors_of(
     options = {"tolerance": tolerance} if method is None else method
     orbit = simulate(system, PERIODS, start=case.start, record=record, samples=STOPS, **options)
     assert (orbit.section == orbit.trajectory[STOPS - 1 :: STOPS]).all()
-    try:
-        seen, sections = course_of(case, orbit.section), orbit.section
-        wide = np.abs(np.vstack([case.start, orbit.trajectory])).max(axis=0)
-        scale = np.array([wide[::2].max(), wide[1::2].max()] * (len(wide) // 2))
-        near = course_of(case, sections, NUDGE * scale)
-    except ChatterError:
-        return {"chatter": 1.0}
-    states = np.array(seen.states)
-    growth = max(1.0, float(np.abs((np.array(near.states) - states) / scale).max()) / NUDGE)
-    length, speed = scale[0], scale[1]
-    errors = {"state": float(np.abs((orbit.trajectory - states) / scale).max()) / growth}
-    if growth > TOO_SENSITIVE:
-        return {"sensitive": growth}
+    wide = np.abs(np.vstack([case.start, orbit.trajectory])).max(axis=0)
+    seen, scales, errors = compare_states(
+        lambda nudge: course_of(case, orbit.section, nudge), orbit.trajectory, wide
+    )
+    if seen is None:
+        return errors
+    length, speed, growth = scales
     E = model.energies(np.array([length, speed, length, speed, 0, 0, 0]))
     names = ["E1max", "E2max"][: 1 if model.m2 is None else 2]
     for i, name in enumerate(names):
         for value in (getattr(orbit, name), getattr(orbit, name.replace("max", "peak"))):
             errors[name] = max(errors.get(name, 0.0), abs(value - seen.tops[i]) / E[i] / growth)
     if system.scene.walls:
-        compare_impacts(orbit, seen, (length, speed, growth), errors)
+        compare_impacts(orbit, seen, scales, errors)
     compare_response(orbit, seen, model, growth, errors)
     errors["let go"], errors["pushes again"] = float(seen.lets_go), float(seen.pushes_again)
     return errors
+
+
+def compare_states(follow: Any, states: np.ndarray, wide: np.ndarray) -> Any:
+    """Return a course, the scales (length, speed, growth of a nudge), and the errors of states.
+
+    `follow` gives the course of a nudge; `wide` has the largest of each number of the states. The
+    course is None where the errors say why nothing can be compared.
+    """
+    scale = np.array([wide[::2].max(), wide[1::2].max()] * (len(wide) // 2))
+    try:
+        seen, near = follow(0.0), follow(NUDGE * scale)
+    except ChatterError:
+        return None, None, {"chatter": 1.0}
+    true = np.array(seen.states)
+    growth = max(1.0, float(np.abs((np.array(near.states) - true) / scale).max()) / NUDGE)
+    if growth > TOO_SENSITIVE:
+        return None, None, {"sensitive": growth}
+    errors = {"state": float(np.abs((states - true) / scale).max()) / growth}
+    return seen, (scale[0], scale[1], growth), errors
 
 
 def compare_impacts(orbit: Any, seen: Course, scales: Any, errors: dict[str, float]) -> None:
@@ -200,32 +213,22 @@ def compare_impacts(orbit: Any, seen: Course, scales: Any, errors: dict[str, flo
         errors["different"] = 1.0
         return
     for row, hit in zip(rows, true, strict=True):
-        errors["touch"] = max(
-            errors.get("touch", 0), abs(row["touch"] - hit.touch) * hit.speed / length
-        )
-        errors["speed"] = max(
-            errors.get("speed", 0), abs(row["speed"] ** 2 - hit.speed**2) / speed**2
-        )
+        off = {
+            "touch": abs(row["touch"] - hit.touch) * hit.speed / length,
+            "speed": abs(row["speed"] ** 2 - hit.speed**2) / speed**2,
+        }
         if math.isnan(hit.release) != math.isnan(row["release"]):
             errors["different"] = 1.0
-            continue
-        if math.isnan(hit.release):
-            continue
-        off = abs(row["release"] - hit.release) * speed / length
-        errors["release"] = max(errors.get("release", 0), off)
-        part = (hit.speed / speed) ** 2
-        if hit.depth > 0.0:
-            off = abs(row["depth"] / hit.depth - 1.0) * part
-            errors["depth"] = max(errors.get("depth", 0), off)
-            errors["force"] = max(
-                errors.get("force", 0), abs(row["force"] / hit.force - 1.0) * part
-            )
-        for i, column in enumerate(("gain1", "gain2")[: 1 if seen.model.m2 is None else 2]):
-            top = max(seen.tops[i], 1e-12)
-            errors[column] = max(errors.get(column, 0), abs(row[column] - hit.gains[i]) / top)
-    for name in ("touch", "speed", "release", "depth", "force", "gain1", "gain2"):
-        if name in errors:
-            errors[name] /= growth
+        elif not math.isnan(hit.release):
+            off["release"] = abs(row["release"] - hit.release) * speed / length
+            for name in ("depth", "force") if hit.depth > 0.0 else ():
+                part = (hit.speed / speed) ** 2
+                off[name] = abs(row[name] / getattr(hit, name) - 1.0) * part
+            for body in range(1 if seen.model.m2 is None else 2):
+                gain = abs(row[f"gain{body + 1}"] - hit.gains[body])
+                off[f"gain{body + 1}"] = gain / max(seen.tops[body], 1e-12)
+        for name, error in off.items():
+            errors[name] = max(errors.get(name, 0.0), error / growth)
     if math.isfinite(orbit.clearance) != math.isfinite(seen.clearance):
         errors["different"] = 1.0
     elif math.isfinite(seen.clearance):

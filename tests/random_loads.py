@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from flights import LOAD, fly, longest_cell
-from random_laws import NUDGE, TOO_SENSITIVE, Case, case_of, compare_impacts
+from random_laws import Case, case_of, compare_impacts, compare_states
 from twin_of_laws import ChatterError, Course
 from twin_spans import COS, ONE, SIN, V1, Model
 
@@ -98,8 +98,6 @@ def course_of(case: Case, segments: list[Segment], starts: Any, nudge: Any = 0.0
         w[: len(start)] = start + nudge
         w[COS], w[SIN], w[ONE] = math.cos(one.phi), math.sin(one.phi), 1.0
         course.enter(w)
-        for energy, which in zip(model.energies(w), range(2), strict=True):
-            course.tops[which] = max(course.tops[which], energy)
         count, seen = len(course.impacts), 0.0
         for _ in range(MOST_SPANS):
             if seen >= one.time:
@@ -125,26 +123,20 @@ def errors_of(i: int, tolerance: float) -> dict[str, float]:
     blows[1:, V1] = [one.blow for one in segments]
     behind = flown.states[load.ends]
     before = behind - blows
-    try:
-        seen = course_of(case, segments, behind)
-        wide = np.abs(np.vstack([flown.states, before])).max(axis=0)
-        scale = np.array([wide[::2].max(), wide[1::2].max()] * (len(wide) // 2))
-        near = course_of(case, segments, behind, NUDGE * scale)
-    except ChatterError:
-        return {"chatter": 1.0}
-    states = np.array(seen.states)
-    growth = max(1.0, float(np.abs((np.array(near.states) - states) / scale).max()) / NUDGE)
-    if growth > TOO_SENSITIVE:
-        return {"sensitive": growth}
-    length, speed = scale[0], scale[1]
-    errors = {"state": float(np.abs((before[1:] - states) / scale).max()) / growth}
+    wide = np.abs(np.vstack([flown.states, before])).max(axis=0)
+    seen, scales, errors = compare_states(
+        lambda nudge: course_of(case, segments, behind, nudge), before[1:], wide
+    )
+    if seen is None:
+        return errors
+    length, speed, growth = scales
     E = case.model.energies(np.array([length, speed, length, speed, 0, 0, 0]))
     last = case.model.energies(np.array([*behind[-1], 0, 0, 0, 0, 0][:7]))
     for k, name in enumerate(["E1max", "E2max"][: 1 if case.model.m2 is None else 2]):
         top = max(seen.tops[k], float(last[k]))
         errors[name] = abs(getattr(flown, name) - top) / E[k] / growth
     if case.system.scene.walls:
-        compare_impacts(flown, seen, (length, speed, growth), errors)
+        compare_impacts(flown, seen, scales, errors)
     r, m = flown.response, case.model
     for name, top in zip(("x1_max", "v1_max", "a1_max", "stroke_max"), seen.tops[2:], strict=True):
         top = max(top, abs(behind[-1][V1])) if name == "v1_max" else top

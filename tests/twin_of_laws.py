@@ -71,13 +71,10 @@ class Course:
 
     def period(self, start: np.ndarray, index: int, stops: int) -> None:
         """Follow a period from a state (x1, v1[, x2, v2]) at its beginning, with stops in it."""
-        m, T = self.model, 2.0 * math.pi / self.model.omega
-        w = np.zeros(7)
+        T, w = 2.0 * math.pi / self.model.omega, np.zeros(7)
         w[: len(start)] = start
         w[COS], w[ONE] = 1.0, 1.0
         self.enter(w)
-        for energy, name in zip(m.energies(w), range(2), strict=True):
-            self.tops[name] = max(self.tops[name], energy)
         count, spans, seen = len(self.impacts), 0, 0.0
         for k in range(stops):
             end = (k + 1) * T / stops
@@ -91,9 +88,10 @@ class Course:
             self.states.append(w[: len(start)].copy())
 
     def enter(self, w: np.ndarray) -> None:
-        """Set what the orbit does at a state that only its numbers tell."""
-        m, before = self.model, (self.mode, self.wall)
+        """Begin at a state of which only its numbers tell what the orbit does there."""
+        m, wall_before = self.model, self.wall
         self.mode, self.wall = FLIGHT, None
+        self.tops[:2] = np.maximum(self.tops[:2], m.energies(w))
         for wall in m.walls:
             if w @ m.depth(wall) > 0.0 and wall.law.name != "restitution":
                 self.wall, law = wall, wall.law
@@ -103,7 +101,7 @@ class Course:
                 else:
                     pulls = law.name == "kelvin-voigt"
                     self.mode = PRESSED if pulls or force > 0.0 else LET_GO
-        if before[1] is not self.wall:
+        if wall_before is not self.wall:
             self.open = None
 
     def advance(self, w: np.ndarray, left: float, now: float) -> tuple[np.ndarray, float]:
@@ -152,15 +150,13 @@ class Course:
         m, wall = self.model, self.wall
         if isinstance(what, Wall):
             self.touch(what, w, now)
-        elif what == "release":
+        elif what == "release" or (what == "out" and wall.law.elastic):
             self.leave(w, now)
         elif what == "lets go":  # the impact ends here, at a depth
-            self.release(w, now)
-            self.mode = LET_GO if wall.law.cc > 0.0 else FLIGHT
-            self.wall = wall if wall.law.cc > 0.0 else None
+            self.leave(w, now)
+            if wall.law.cc > 0.0:
+                self.mode, self.wall = LET_GO, wall
         elif what == "out":
-            if wall.law.elastic:
-                self.release(w, now)
             self.mode, self.wall = FLIGHT, None
         elif wall.law.elastic:
             self.pushes_again += 1
@@ -185,20 +181,15 @@ class Course:
         self.forces[wall.which] = max(self.forces[wall.which], impulse)
         if wall.law.e * s < 1e-4 * abs(m.free[[V1, V2]] @ w).max() / np.abs(m.free).max() ** 0.5:
             raise ChatterError
-        self.release(w, now)
-        self.mode, self.wall = FLIGHT, None
+        self.leave(w, now)
 
-    def release(self, w: np.ndarray, now: float) -> None:
-        """Complete the impact under way."""
+    def leave(self, w: np.ndarray, now: float) -> None:
+        """Complete the impact under way, and fly."""
         if self.open is not None:
             self.open.release = now
             after = self.model.energies(w)
             self.open.gains = tuple(b - a for a, b in zip(self.open.before, after, strict=True))
             self.open = None
-
-    def leave(self, w: np.ndarray, now: float) -> None:
-        """Complete the impact, and fly."""
-        self.release(w, now)
         self.mode, self.wall = FLIGHT, None
 
     def squeeze(self, w: np.ndarray, left: float, now: float) -> tuple[np.ndarray, float]:

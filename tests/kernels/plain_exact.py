@@ -369,10 +369,7 @@ def largest_in(ps, damper, grid, y, angle, length):
     expand(ps, damper, grid.h, np.array([*y, math.cos(angle), math.sin(angle)]), out, 0)
     x1, v1, r, s = (Polynomial(c) for c in out.reshape(ORDER + 1, 4).T)
     values = []
-    for e in (
-        ps.m1 * v1**2 + ps.k1 * x1**2,
-        damper.m2 * (v1 - s) ** 2 + damper.k2 * (x1 - r) ** 2,
-    ):
+    for e in (ps.m1 * v1**2 + ps.k1 * x1**2, damper.m2 * (v1 - s) ** 2 + damper.k2 * (x1 - r) ** 2):
         turns = e.deriv().roots()
         turns = turns[np.abs(turns.imag) < 1e-6].real
         places = np.clip([0.0, length, *turns], 0.0, length)

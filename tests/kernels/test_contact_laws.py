@@ -101,6 +101,7 @@ def test_an_undamped_damper_at_linear_walls_keeps_all_energy(name, law):
     np.testing.assert_allclose(twice, twice[0], rtol=5e-10)
 
 
+@pytest.mark.plain
 def test_a_wall_pushes_again_before_the_mass_is_out():
     """A strong dashpot lets go early; the preload then brings the mass back: another impact."""
     p = {"m": 1.0, "k": 2.5, "c": 0.05, "C": -0.2, "P": 2.4, "omega": 0.6, "kc": 3.8, "cc": 11.0}

@@ -291,6 +291,7 @@ def test_sticking_ends_where_the_stop_would_pull():
     np.testing.assert_allclose(np.cos(p["omega"] * rests["release"]), np.cos(expected), rtol=1e-10)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     system = load_system("ssul-set6", law="restitution", e=e, C=-0.2, P=100.0)

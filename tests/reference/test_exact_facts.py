@@ -64,7 +64,7 @@ def test_steady_state(name, omega, method):
         assert orbit.E2max == pytest.approx(expected, rel=bound)
 
 
-@pytest.mark.kernels
+@pytest.mark.plain
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("samples", [8, 7])
 @pytest.mark.parametrize("name", ["none", "tmd"])
@@ -234,6 +234,10 @@ def test_two_distant_walls_are_no_walls():
 
 FREE = {"c1": 0.0, "c2": 0.0, "P": 0.0}
 PEAKS = ("energy", "peak")
+PLAIN, KERNELS = pytest.mark.plain, pytest.mark.kernels
+exact_plainly = pytest.mark.parametrize(
+    "method", [pytest.param("exact", marks=PLAIN), pytest.param("rk4", marks=KERNELS)]
+)
 FINEST = {"nodes": 24, "contact_steps": 64.0}
 
 
@@ -286,7 +290,7 @@ def test_an_impact_under_way_has_no_gain_yet():
 # ---- maxima with and without the transient -------------------------------------------------------
 
 
-@pytest.mark.kernels
+@pytest.mark.plain
 def test_peaks_and_maxima():
     system = system_of("ssul", SET6)
     whole = simulate(system, 60, record=PEAKS)
@@ -302,8 +306,7 @@ def test_peaks_and_maxima():
         assert one.E2max <= one.E2peak
 
 
-@pytest.mark.kernels
-@pytest.mark.parametrize("method", ["exact", "rk4"])
+@exact_plainly
 def test_the_peak_of_a_linear_transient(method):
     """Against matrix exponentials on a fine grid, a parabola through its highest samples."""
     system, n = load_system("tmd"), 4000
@@ -321,8 +324,7 @@ def test_the_peak_of_a_linear_transient(method):
         assert peak == pytest.approx(highest, rel=1e-9)
 
 
-@pytest.mark.kernels
-@pytest.mark.parametrize("method", ["exact", "rk4"])
+@exact_plainly
 def test_a_start_may_be_the_peak(method):
     """From 3 m/s the dashpot takes more than the force gives: 4500 J, then the steady 1568.00."""
     start = (0.0, 3.0)
@@ -334,7 +336,7 @@ def test_a_start_may_be_the_peak(method):
     assert orbit.E2peak is None
 
 
-@pytest.mark.kernels
+@pytest.mark.plain
 def test_a_scan_stores_both():
     arrays = computed(scan_of("tmd", PEAKS, {"omega": [6.0, 6.28]}, transient=40, periods=3))
     for i, omega in enumerate((6.0, 6.28)):
@@ -344,7 +346,7 @@ def test_a_scan_stores_both():
     assert (arrays["E1peak"] >= arrays["E1max"]).all()
 
 
-@pytest.mark.kernels
+@pytest.mark.plain
 def test_the_reduction_is_measured_by_the_structure_alone():
     vary = {"omega": [6.21, 6.28], "P": [0.0, 800.0]}
     scan = scan_of("tmd", ["energy"], vary, transient=100, periods=2)

@@ -35,15 +35,11 @@ _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Axis(Outlined):
-    """One varied parameter, initial condition or ratio, and its values.
-
-    The values (n,) [SI] are different, finite, sorted and read-only.  `stated` is the axis of a
-    ratio from which this one follows, as f [Hz] for omega.
-    """
+    """One varied parameter, initial condition or ratio, and its values."""
 
     name: str
-    values: np.ndarray
-    stated: Axis | None = None
+    values: np.ndarray  # (n,) [SI]: different, finite, sorted, read-only
+    stated: Axis | None = None  # that of a ratio from which this one follows, as f for omega
 
     def __post_init__(self) -> None:
         string("name of an axis", self.name)
@@ -146,15 +142,12 @@ def _is_sequence(values: Any) -> bool:
 
 @dataclass(frozen=True)
 class Interval:
-    """A parameter and its interval; raises `RequestError` unless low < high.
-
-    `stated` is the interval of a ratio from which this one follows, as f [Hz] for omega.
-    """
+    """A parameter and its interval [SI]; raises `RequestError` unless low < high."""
 
     name: str
     low: float
     high: float
-    stated: Interval | None = None
+    stated: Interval | None = None  # that of a ratio from which this one follows, as f for omega
 
     def __post_init__(self) -> None:
         choice("parameter", self.name, (*PARAMETERS, *RATIOS))

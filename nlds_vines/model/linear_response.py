@@ -12,15 +12,12 @@ from nlds_vines.model.system import System, modulus
 
 @dataclass(frozen=True)
 class Response:
-    """The steady state without contact, at frequencies `omega` [rad/s] of the force, any shape.
-
-    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].
-    """
+    """The steady state without contact by the frequency of the force."""
 
     system: System
-    omega: np.ndarray
-    X1: np.ndarray
-    X2: np.ndarray | None
+    omega: np.ndarray  # [rad/s], of any shape
+    X1: np.ndarray  # [m]: x1 = Re(X1 exp(i omega t))
+    X2: np.ndarray | None  # [m]: x2 - rest = Re(X2 exp(i omega t))
 
     @property
     def E1max(self) -> np.ndarray:
@@ -30,10 +27,7 @@ class Response:
 
     @property
     def shortening(self) -> np.ndarray:
-        """Amplitude of the shortening of the damper's spring [m].
-
-        Without a damper: zero, or the structure's amplitude if walls limit it.
-        """
+        """Amplitude of the spring's shortening [m], or of a structure that walls limit, or 0."""
         if self.X2 is None:
             return np.abs(self.X1) * self.system.scene.grounded
         with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference

@@ -18,18 +18,13 @@ from nlds_vines.errors import RequestError
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter: name, symbol, SI unit ("1" for none), meaning and range.
-
-    Allowed are finite values with `low` <= value <= `high`; `above` excludes `low` itself.
-    """
-
     name: str
     symbol: str
-    unit: str
+    unit: str  # SI; "1" for none
     meaning: str
-    low: float = -inf
+    low: float = -inf  # its range; only finite values are allowed
     high: float = inf
-    above: bool = False
+    above: bool = False  # excludes `low` itself
 
     def dataset(self, dims: tuple[str, ...], prefix: str = "") -> Dataset:
         return Dataset.real(f"{prefix}{self.name}", dims, self.unit, self.meaning)

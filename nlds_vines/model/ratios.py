@@ -33,16 +33,12 @@ RAD, HZ, RATIO = UNITS = "rad/s", "Hz", "ratio"  # of axes of omega, f and omega
 
 @dataclass(frozen=True)
 class Ratio:
-    """A number in place of the parameter that it `gives`: ratio^power times a unit.
-
-    `unit` returns from the parameters that it `needs`, floats or arrays in their order, the value
-    [SI] of the parameter at the ratio 1.
-    """
+    """A number in place of the parameter that it `gives`: ratio^power times a unit."""
 
     what: Parameter
     gives: str
     needs: tuple[str, ...]
-    unit: Callable[..., Any]
+    unit: Callable[..., Any]  # from the parameters that it needs [SI], floats or arrays
     power: int  # 1, 2 or -2
 
     @property

@@ -332,16 +332,13 @@ class Form:
 
 @dataclass(frozen=True)
 class Merged:
-    """The merged document of a request, and its validated settings (`values`) by table and key.
-
-    `layers` are the document below and the changes above it, each with its name in messages.
-    `left` holds the tables and keys of a file for other kinds of request; None if it is no file.
-    """
+    """The merged document of a request, and its validated settings by table and key."""
 
     form: Form
+    # the document below and the changes above it, each with its name in messages
     layers: tuple[tuple[str, Document], tuple[str, Document]]
     document: Document
-    left: Collection[str] | None = None
+    left: Collection[str] | None = None  # what a file has for other requests; None: it is no file
     values: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def origin(self, name: str, key: str = "") -> str:
@@ -419,8 +416,8 @@ class Merged:
     ) -> System:
         """Return a system with [set] of the file and then [set] of the changes, as it `takes` them.
 
-        `varied` gives the table of each varied parameter.  If the changes vary a parameter, the
-        file does not set it; any other parameter that is both set and varied is refused.
+        If the changes vary a parameter, the file does not set it; any other parameter that is both
+        set and `varied`, by the table of that name, is refused.
         """
         axes = meant_by(system.scene, varied)
         tables = dict(zip(axes, varied.values(), strict=True))

@@ -370,11 +370,9 @@ class System(Outlined):
         return replace(self, parameters={**others, **dict.fromkeys([*damping, *drives], 0.0)})
 
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
-        """Return the attributes by which an archive describes the system.
+        """Return the attributes by which an archive describes the system [SI].
 
-        Every parameter under its own name in SI units, every ratio that was set, `K` [N/m^1.5] of
-        every Hertz contact, the law of any other, every assumption as `assumption_<parameter>`.  A
-        parameter that follows, by a ratio, from one of those `varied` is left out.
+        A parameter that follows, by a ratio, from one of those `varied` is left out.
         """
         follow = following(self.scene, self.fixed_ratios, varied)
         values = self.parameters.items()

@@ -188,11 +188,12 @@ def nonzero(name: str, value: Any, /) -> float:
 class Load:
     """A load on a structure, validated when it is made."""
 
-    kind: ClassVar[str]  # its key in `[load]`
+    kind: ClassVar[str]  # its key in `[load]`: `half_sine` of the class HalfSine
     table: ClassVar[str]  # the name of its table, `load.KIND`
 
     def __init_subclass__(cls) -> None:
-        cls.table = f"load.{getattr(cls, 'kind', '')}"
+        cls.kind = re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.table = f"load.{cls.kind}"
 
     def __post_init__(self) -> None:
         check_settings(self)
@@ -319,8 +320,6 @@ class Pulse(Course):
 class HalfSine(Pulse):
     """F sin(pi t / length)."""
 
-    kind: ClassVar[str] = "half_sine"
-
     @property
     def rate(self) -> float:
         return np.pi / self.length
@@ -333,8 +332,6 @@ class HalfSine(Pulse):
 class Rectangular(Pulse):
     """F."""
 
-    kind: ClassVar[str] = "rectangular"
-
     def shape(self, since: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         return polynomial(np.ones((len(since), 1)), since, lengths)
 
@@ -344,8 +341,6 @@ class Triangular(Pulse):
     """A line up to F within the fraction `rise` of the length, then a line down to 0."""
 
     rise: float = setting(0.5, Real(0.0, 1.0), "", "share of its length up to the peak")
-
-    kind: ClassVar[str] = "triangular"
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -368,8 +363,6 @@ class Friedlander(Pulse):
     suction: bool = setting(
         False, Truth(), "", "whether the negative phase after its length acts as well"
     )
-
-    kind: ClassVar[str] = "friedlander"
 
     def check(self) -> None:
         super().check()
@@ -403,8 +396,6 @@ class Tone(Course):
     omega: float = setting(MISSING, RATE, "", "frequency [rad/s]")
     phase: float = setting(0.0, Real(-1e6, 1e6), "", "at t = 0 [rad]")
 
-    kind: ClassVar[str] = "tone"
-
     def rates(self, times: np.ndarray) -> np.ndarray:
         return np.full(len(times), self.omega)
 
@@ -430,8 +421,6 @@ class Sweep(Course):
         LINEAR, OneOf((LINEAR, LOGARITHMIC), "spacing"), "",
         "how the frequency goes with time: `linear`, or `logarithmic`, at a constant ratio",
     )  # fmt: skip
-
-    kind: ClassVar[str] = "sweep"
 
     @cached_property
     def _log_ratio(self) -> float:
@@ -510,8 +499,6 @@ class Noise(Course):
     seed: int = setting(0, Whole(0, 2**31), "", "of its phases: the same seed, the same bits")
     tones: int = setting(1000, Whole(2, 10**5), "", "N: how many tones it is the sum of")
 
-    kind: ClassVar[str] = "noise"
-
     def check(self) -> None:
         if self.high <= self.low:
             raise RequestError(f"high = {self.high:g} rad/s must be above low = {self.low:g}")
@@ -522,10 +509,8 @@ class Noise(Course):
 
     @cached_property
     def phases(self) -> np.ndarray:
-        """The phases (N,) [turns], from the upper 53 bits of the generator's raw numbers.
-
-        NumPy guarantees the raw numbers of PCG64, but not the floats that `Generator` makes.
-        """
+        """The phases (N,) [turns], from the upper 53 bits of the generator's raw numbers."""
+        # NumPy guarantees the raw numbers of PCG64, but not the floats that `Generator` makes
         raw = np.random.PCG64(self.seed).random_raw(self.tones)
         return (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,16 +52,14 @@ COARSE = 0.1  # the largest step of a record, in natural periods of the structur
 
 @dataclass
 class Cells:
-    """A load as the kernels take it.
-
-    `share` is 1 for a force on m1 alone.  It is 0 for the force -m1 a of the ground's acceleration
-    a: then -m2 a acts on the damper, and x1 and x2 are relative to the ground.
-    """
+    """A load as the kernels take it."""
 
     edges: np.ndarray  # (n + 1,) [s], ascending
     # (n, TERMS): the force on m1 [N] in powers of x = (t - edges[j]) / (edges[j + 1] - edges[j])
     rows: np.ndarray
     jumps: np.ndarray | None  # (n + 1,): those of v1 [m/s] at the edges
+    # 1 for a force on m1 alone; 0 for the force -m1 a of the ground's acceleration a: then -m2 a
+    # acts on the damper, and x1 and x2 are relative to the ground
     share: float
 
 
@@ -73,8 +71,6 @@ class Blow(Load):
     at: float = setting(0.0, TIME, "", "when it acts [s]")
     repeat: int = setting(1, Whole(1, 10**5), "", "how many there are")
     every: float = setting(0.0, TIME, "", "time from one to the next [s]")
-
-    kind: ClassVar[str] = "blow"
 
     def check(self) -> None:
         if self.repeat > 1 and self.every <= 0.0:
@@ -113,10 +109,7 @@ def _loads(kind: str, words: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Loading:
-    """A sum of loads: either forces on m1 or accelerations of the ground.
-
-    If the ground is accelerated, coordinates are relative to it.
-    """
+    """A sum of loads: forces on m1, or accelerations of the ground, to which x is relative."""
 
     impulse: float = setting(
         0.0, Checked(lambda value: nonzero("impulse", value) if number("impulse", value) else 0.0),

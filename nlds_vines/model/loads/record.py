@@ -633,10 +633,7 @@ def _samples(name: str, value: Any, /) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Record(Outlined, Course):
-    """Samples joined by straight lines or a natural cubic spline; 0 before and after.
-
-    A table with a `file` in place of times and values has also the keys of `RecordFile`.
-    """
+    """Samples joined by straight lines or a natural cubic spline; 0 before and after."""
 
     times: tuple[float, ...] = setting(MISSING, _samples, "", "of the samples [s], ascending")
     values: tuple[float, ...] = setting(MISSING, _samples, "", "the samples, in `unit`")
@@ -648,8 +645,6 @@ class Record(Outlined, Course):
     uneven: bool = setting(False, Truth(), "", "whether steps may differ: what else is a gap")
     source: str = setting("", Text(), "", "where the samples come from")
     reading: str = setting("", Text(), "", "how their file was read, where it does not say so")
-
-    kind: ClassVar[str] = "record"
 
     def heading(self) -> str:
         return self.source
@@ -663,7 +658,7 @@ class Record(Outlined, Course):
             entry = {"file": entry}
         if not isinstance(entry, Mapping) or "file" not in entry:
             return super().of(entry)
-        of_file = settings_of(RecordFile)
+        of_file = settings_of(RecordFile)  # keys that a table with a file has as well
         with at(f"[{cls.table}]"):
             if twice := next((key for key in ("times", "values") if key in entry), None):
                 raise RequestError(f"{twice} stands beside file = {shown(entry['file'])}")

@@ -128,16 +128,15 @@ def follow(
     start: Point,
     bounds: Bounds,
     *,
-    followed: Callable[[Point], bool] | None = None,
+    followed: Callable[[Point], bool] = lambda point: False,
     first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
     unstable: int = MOST_POINTS,
 ) -> Arm:
     """Follow a branch from a point along its tangent until it ends.
 
-    It ends where `followed` returns True for a point of a branch that has been followed before.
-    `first` and `longest` are weighted lengths of steps, `unstable` the most successive unstable
-    points.
+    `followed` returns True for a point of a branch that has been followed before; `first` and
+    `longest` are weighted lengths of steps, `unstable` the most successive unstable points.
     """
     arm, zero, rigid = Arm([start]), section_map, shoots_from_flights(section_map.scene)
     stepper = Stepper(section_map, start, first, longest)
@@ -192,7 +191,7 @@ def _append(
     arm: Arm,
     b: Point,
     bounds: Bounds,
-    followed: Callable[[Point], bool] | None,
+    followed: Callable[[Point], bool],
 ) -> None:
     """Append a point and the special points before it; set the reason if the branch ends there."""
     a, shorter = arm.points[-1], None
@@ -212,7 +211,7 @@ def _append(
         arm.end = "closed"
     elif (shorter := _shorter_orbit(section_map, arm, b)) is not None:
         arm.end, b = "shorter", shorter
-    elif followed is not None and followed(b):
+    elif followed(b):
         arm.end = "known"
     if shorter is None:
         for special in specials_between(section_map, a, b):

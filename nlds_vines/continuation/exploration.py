@@ -280,14 +280,24 @@ class Explorer:
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
     def _share_points(self, track: Track) -> None:
-        """Mark branch points and rigid grazings that a new track shares with others as followed.
+        """Mark points where a new track crosses others, or rigid bodies graze on both, as followed.
 
         A branch point gets the most accurate orbit on both.
         """
         for i, mine in enumerate(track.specials):
             for other in self.tracks:
                 for j, theirs in enumerate(other.specials):
-                    if not _meet(self.section_map, (track, mine), (other, theirs)):
+                    a, b = mine.point.cycle, theirs.point.cycle
+                    if mine.kind != theirs.kind or a.n != b.n or mine.kind not in ("BP", "GR"):
+                        continue
+                    graze = "grazing" in track.ends and "grazing" in other.ends
+                    if mine.kind == "GR" and (not graze or a.counts == b.counts):
+                        continue
+                    error = SAME_POINT + 4.0 * (mine.residual + theirs.residual)
+                    width = SAME_POINT * abs(mine.value) + 4.0 * (mine.bracket + theirs.bracket)
+                    if abs(mine.value - theirs.value) > width:
+                        continue
+                    if not distance_of(self.section_map, a, b) < error:
                         continue
                     if mine.kind == "BP":
                         best = min(mine, theirs, key=lambda special: special.residual)
@@ -377,21 +387,6 @@ def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:
         off = np.abs(cycle.points[:, :size] - place[:-1]) * a.weights[:-1]
         if off.max(axis=1).min() < NEAR:
             yield place
-
-
-def _meet(section_map: SectionMap, one: tuple[Track, Special], two: tuple[Track, Special]) -> bool:
-    """Return True if two branches cross at special points, or graze there with other impacts."""
-    (track, a), (other, b) = one, two
-    if a.kind != b.kind or a.point.cycle.n != b.point.cycle.n or a.kind not in ("BP", "GR"):
-        return False
-    ends = "grazing" in track.ends and "grazing" in other.ends
-    if a.kind == "GR" and (not ends or a.point.cycle.counts == b.point.cycle.counts):
-        return False
-    error = SAME_POINT + 4.0 * (a.residual + b.residual)
-    width = SAME_POINT * abs(a.value) + 4.0 * (a.bracket + b.bracket)
-    if abs(a.value - b.value) > width:
-        return False
-    return distance_of(section_map, a.point.cycle, b.point.cycle) < error
 
 
 def is_same(section_map: SectionMap, cycle: Cycle, other: Cycle) -> bool:

@@ -292,10 +292,8 @@ class Continued(Drawable):
             "switch": ("U8", [Switch(int(code)).name.lower() for code in t["switch"]]),
             "resolved": (bool, bracket <= RESOLVED * np.abs(values)),
         }
-        rows = np.recarray(len(values), [(name, kind) for name, (kind, _) in columns.items()])
-        for name, (_, column) in columns.items():
-            rows[name] = column
-        return rows
+        kinds = [(name, kind) for name, (kind, _) in columns.items()]
+        return np.rec.fromarrays([column for _, column in columns.values()], kinds)
 
     @cached_property
     def curves(self) -> tuple[SpecialCurve, ...]:

@@ -223,13 +223,12 @@ def compute(
     return tables | curves_through(request, specials, piece)
 
 
-def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
+def run(request: Continuation, output: Path, how: RunOptions) -> None:
     """Compute a continuation into the archive `output`.
 
     Raises `Interrupted` with complete branches saved for --resume, and `RequestError` if there is
     no periodic start orbit.
     """
-    how = RunOptions() if how is None else how
     use_threads(how.threads)
     store, numbers = Blocks(output, request), count()
 

@@ -187,11 +187,9 @@ def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[flo
         counts = before.cycle.counts
         if counts == b.cycle.counts:
             return
+        test = _grazing(before, b)
         located = narrowed_down(
-            lambda step: along(section_map, a, step)[0],
-            (before, b),
-            (start, ahead),
-            _grazing(before, b),
+            lambda step: along(section_map, a, step)[0], (before, b), (start, ahead), test
         )
         if located is None:
             return

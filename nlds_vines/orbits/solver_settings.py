@@ -124,8 +124,6 @@ FINENESS: Mapping[str, Callable[[Any], Any]] = {
     "period_steps": lambda value: checked_steps("period_steps", value),
 }
 
-_OF_RK4 = ("period_steps",)
-
 
 def chosen_settings(method: str, options: Mapping[str, Any]) -> Settings:
     """Return the settings of a method with the `options` that are not None.
@@ -134,8 +132,9 @@ def chosen_settings(method: str, options: Mapping[str, Any]) -> Settings:
     """
     present = {name: value for name, value in options.items() if value is not None}
     for name in present:
-        if (name in _OF_RK4) != (method == "rk4"):
-            owner, other = ("rk4", "tolerance") if name in _OF_RK4 else ("exact", "period_steps")
+        of_rk4 = name == "period_steps"
+        if of_rk4 != (method == "rk4"):
+            owner, other = ("rk4", "tolerance") if of_rk4 else ("exact", "period_steps")
             raise RequestError(f"{name} is of method {owner!r}; {method!r} has {other}")
     values = {name: FINENESS[name](value) for name, value in present.items()}
     if method == "rk4":

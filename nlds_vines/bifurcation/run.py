@@ -259,11 +259,10 @@ class Computer:
         return cells[:, np.newaxis], states, places
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        status = outputs.status
-        arrays = {"status": status}
+        buffers, arrays = outputs.buffers, {"status": outputs.status}
         for name in self.scan.table.datasets:
             entry = BY_NAME[name]
-            buffer = getattr(outputs.buffers, entry.buffer) if entry.buffer in _PLAIN else None
+            buffer = getattr(buffers, entry.buffer) if entry.buffer in _PLAIN else None
             if buffer is not None:
                 if entry.buffer == "section":
                     buffer = buffer[:, :, -self.scan.periods :]
@@ -272,20 +271,17 @@ class Computer:
         if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
-        if outputs.buffers.response is not None:
-            arrays |= responses.arrays_of(outputs.buffers.response, self.scan.system.scene, cells)
-        if outputs.buffers.cycle is not None:
-            arrays["periodicity"], by_wall = (
-                outputs.buffers.cycle[..., 0],
-                outputs.buffers.cycle[..., 1:],
-            )
+        if buffers.response is not None:
+            arrays |= responses.arrays_of(buffers.response, self.scan.system.scene, cells)
+        if buffers.cycle is not None:
+            arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
             arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
-        if outputs.buffers.counts is not None:
+        if buffers.counts is not None:
             arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
             if "modulation" in self.scan.want:
-                section = outputs.buffers.section[:, :, -self.scan.periods :]
+                section = buffers.section[:, :, -self.scan.periods :]
                 with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays |= records.modulation_of(section, cells["omega"], outputs.buffers.counts)
+                    arrays |= records.modulation_of(section, cells["omega"], buffers.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
         return arrays

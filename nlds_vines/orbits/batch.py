@@ -16,14 +16,7 @@ from nlds_vines.kernels.numerics.matrices import LOG, fill_multipliers
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.orbit.repetition import REPEATS, period_of
 from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURS
-from nlds_vines.kernels.scene import codes as ev
-from nlds_vines.kernels.scene.codes import (
-    BAD_PARAMETERS,
-    OK,
-    RESPONSE_COLUMNS,
-    TOO_STIFF,
-    TOUCH_COLUMNS,
-)
+from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import Finished, LaneBuffers, Parts, Span
 from nlds_vines.model.labels import FLAGS, KEPT, flags_of, labels_of
 from nlds_vines.model.quantities import stored_in
@@ -95,11 +88,11 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
             ends=rows(judged, 2, STATE_SIZE),
-            response=rows("response" in want, RESPONSE_COLUMNS),
+            response=rows("response" in want, codes.RESPONSE_COLUMNS),
             **(responses.moving(scene) if "response" in want else {}),
-            touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),
+            touches=rows(touches > 0, touches, codes.TOUCH_COLUMNS, value=np.nan),
         )
-        return cls(buffers, rows(judged, ev.LENGTH_OF_ROW), np.zeros(shape, np.int64))
+        return cls(buffers, rows(judged, codes.LENGTH_OF_ROW), np.zeros(shape, np.int64))
 
     @property
     def by_wall(self) -> np.ndarray:
@@ -219,7 +212,8 @@ class Kernels:
         outputs = Outputs.of(self._wanted, sweeps.shape, 1, 1)
         if kernel == "orbit":
             if outputs.evidence is not None:
-                multipliers_of(np.empty((0, ev.LENGTH_OF_ROW)), len(self._wanted.scene.components))
+                size = len(self._wanted.scene.components)
+                multipliers_of(np.empty((0, codes.LENGTH_OF_ROW)), size)
             run(self._parts, sweeps, np.zeros((0, 4)), Span(1, 1, 1), outputs.buffers)
         else:
             self._judge(outputs, sweeps, 1, 1)
@@ -247,7 +241,7 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
     Shapes (..., size, 2), real and imaginary parts, and (..., size), from rows of evidence; NaN for
     orbits without a period.
     """
-    matrices = rows[..., ev.MONODROMY : ev.MONODROMY + 16].reshape(-1, 4, 4)
+    matrices = rows[..., codes.MONODROMY : codes.MONODROMY + 16].reshape(-1, 4, 4)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
     triples = np.full((len(matrices), size, 3), np.nan)
     fill_multipliers(matrices, triples)
@@ -276,12 +270,12 @@ def verdict_arrays(
     arrays["multipliers"] = multipliers
     # exponents [1/s] of an nT orbit are ln |mu| / nT; those of other orbits, and of orbits too long
     # for a monodromy matrix, are in the evidence
-    measured = rows[..., ev.EXPONENTS : ev.EXPONENTS + size]
+    measured = rows[..., codes.EXPONENTS : codes.EXPONENTS + size]
     with np.errstate(all="ignore"):  # failed orbits may have no period
-        nT = rows[..., ev.CYCLE_PERIOD] * (2 * np.pi / cells["omega"])
+        nT = rows[..., codes.CYCLE_PERIOD] * (2 * np.pi / cells["omega"])
         of_cycle = logarithms / nT[..., np.newaxis]
     arrays["exponents"] = np.where(np.isnan(measured), of_cycle, measured)
-    y = rows[..., ev.POINT : ev.POINT + 4]
+    y = rows[..., codes.POINT : codes.POINT + 4]
     arrays["orbit_point"] = y[..., :size].copy()  # x1, v1, x2, v2
     if size == 4:
         arrays["orbit_point"][..., 2] = y[..., 0] - y[..., 2] + cells["rest"]
@@ -291,18 +285,18 @@ def verdict_arrays(
 
 def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return rows of evidence with NaN for orbits that failed."""
-    rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
-    columns = [ev.KIND, ev.CYCLE_PERIOD]
+    rows = np.where((status == codes.OK)[..., np.newaxis], rows, np.nan)
+    columns = [codes.KIND, codes.CYCLE_PERIOD]
     rows[..., columns] = np.nan_to_num(rows[..., columns])
     return rows
 
 
 def _regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict[str, np.ndarray]:
-    period = rows[..., ev.CYCLE_PERIOD].astype(np.int64)
-    of_cycle = rows[..., ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1]
+    period = rows[..., codes.CYCLE_PERIOD].astype(np.int64)
+    of_cycle = rows[..., codes.NEAR_IMPACTS : codes.FAR_IMPACTS + 1]
     by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
     impacts = by_wall.sum(axis=-1)
-    regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
+    regime = flags_of(status, rows[..., codes.KIND].astype(np.int64))
     return {
         "periodicity": period,
         "impact_count": impacts,
@@ -400,7 +394,7 @@ class Outcome(NamedTuple):
     @property
     def inadmissible(self) -> np.ndarray:
         """Whether an orbit failed, or broke the constraint of scenes b and c."""
-        return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)
+        return (self.status != codes.OK) | ~np.isfinite(self.objective) | (self.violations > 0)
 
 
 class Batch:
@@ -464,5 +458,5 @@ def at_section(
     with compilation.followed({part_period.enter: "entry"}):
         on_threads(part_period.enter, arguments, 0, 16)  # compiles
     on_threads(part_period.enter, arguments, len(cells), 16)
-    states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
+    states[~np.isin(status, (codes.OK, codes.BAD_PARAMETERS, codes.TOO_STIFF))] = np.nan
     return states

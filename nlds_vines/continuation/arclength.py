@@ -157,10 +157,7 @@ def with_tangent(cycle: Cycle, rows: np.ndarray, weights: np.ndarray) -> Point |
 def point_of(
     section_map: SectionMap, cycle: Cycle, toward: np.ndarray, lengths: np.ndarray
 ) -> Point | None:
-    """Return the point of a branch at an orbit, its tangent turned `toward` a direction, if unique.
-
-    `lengths` (1,) is the length of the parameter's interval.
-    """
+    """Return the point of a branch at an orbit, its tangent turned `toward` a direction."""
     weights = section_map.weights(cycle, lengths)
     point = with_tangent(cycle, (weights * weights * toward)[np.newaxis], weights)
     if point is None:

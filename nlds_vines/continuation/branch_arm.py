@@ -349,10 +349,7 @@ def end_beside(arm: Arm, grazing: Special) -> None:
 
 
 def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
-    """Return the knots (speed or clearance, place) of the extrapolation to a grazing.
-
-    They are the last points with equal impacts and phase and values that decrease toward it.
-    """
+    """Return knots (speed or clearance, place): the last points with equal impacts and phase."""
     last, now = points[-1].cycle, 0.0
     knots: list[tuple[float, np.ndarray]] = []
     for cycle in (point.cycle for point in reversed(points)):

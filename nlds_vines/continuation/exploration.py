@@ -233,13 +233,10 @@ class Explorer:
     # ---- from a special point on ----
 
     def _from_grazing(self, parent: int, at: int) -> Track | Switch:
-        """Follow the other branch at a grazing of rigid bodies: without the impact, or with it.
-
-        The map has no derivative at the grazing, so the search for an orbit of the other branch
-        tries places around it.
-        """
+        """Follow the other branch at a grazing of rigid bodies: without the impact, or with it."""
         grazing, outcome = self.tracks[parent].specials[at], Switch.FAILED
         point = grazing.point
+        # the map has no derivative at the grazing: places around it are tried
         for place in places_around(self.section_map, point):
             value = float(place[-1])
             if not self.bounds.contains(value):
@@ -280,10 +277,7 @@ class Explorer:
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
     def _share_points(self, track: Track) -> None:
-        """Mark points where a new track crosses others, or rigid bodies graze on both, as followed.
-
-        A branch point gets the most accurate orbit on both.
-        """
+        """Mark as followed the points where a new track crosses another, or both graze."""
         for i, mine in enumerate(track.specials):
             for other in self.tracks:
                 for j, theirs in enumerate(other.specials):
@@ -299,7 +293,7 @@ class Explorer:
                         continue
                     if not distance_of(self.section_map, a, b) < error:
                         continue
-                    if mine.kind == "BP":
+                    if mine.kind == "BP":  # both get the more accurate orbit
                         best = min(mine, theirs, key=lambda special: special.residual)
                         mine, theirs = (
                             replace(

@@ -1,7 +1,4 @@
-"""Pictures of a continuation: the diagram of branches, and curves of special points in a plane.
-
-Both may lie over the picture of a scan.
-"""
+"""Pictures of branches, and of curves of special points in a plane, also over those of a scan."""
 
 from __future__ import annotations
 
@@ -94,10 +91,7 @@ def branch_diagram(
     page: Page = TWO_COLUMNS,
     shown: Sequence[str] = (),
 ) -> Figure:
-    """Return the diagram of branches over an open `scan`, with the panels `shown`, by default all.
-
-    Raises `RequestError` for a scan along another parameter.
-    """
+    """Return the diagram of branches over an open `scan`, with the panels `shown` or all."""
     name, shown = result.request.along.name, shown or list(panels_of(result))
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
@@ -220,10 +214,7 @@ _SIZE = 7  # points, of the names of meetings
 def plane_diagram(
     result: Continued, scan: ArchiveView | None = None, page: Page = TWO_COLUMNS
 ) -> Figure:
-    """Return the curves of a continuation in their plane, over the map of an open `scan`.
-
-    Raises `RequestError` for a scan of other parameters.
-    """
+    """Return the curves of a continuation in their plane, over the map of an open `scan`."""
     assert result.request.plane is not None
     names = (result.request.along.name, result.request.plane.name)
     if scan is not None and set(scan.axes) != set(names):

@@ -286,9 +286,7 @@ def load_continuation(
 def interval_in(entries: Document, system: System, free: Collection[str] = ()) -> Interval:
     """Return the interval of a table of one parameter, or of a ratio in its place, such as f [Hz].
 
-    Arguments: the `entries` of the table; the `system`; the names of all `free` parameters.
-
-    Raises `RequestError` for a wrong table, and if the unit of a ratio depends on a free parameter.
+    Raises `RequestError` for a wrong table, and if the unit of a ratio depends on a `free` one.
     """
     if len(entries) != 1:
         raise RequestError(f"{', '.join(entries)} given; allowed: one parameter")

@@ -363,17 +363,14 @@ class Continued(Drawable):
     def cycles_at(
         self, section_map: SectionMap, branch: Branch, value: float
     ) -> Iterator[tuple[int, Cycle]]:
-        """Yield (index of the preceding point, orbit) for each orbit of a branch at a value.
-
-        Between two neighboring points, a rigid impact may pass phase zero.  The orbit is therefore
-        interpolated and corrected at a phase in flight.
-        """
+        """Yield (index of the preceding point, orbit) for each orbit of a branch at a value."""
         values, name, n = branch.parameter, self.request.along.name, branch.period
         for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
             ends = [
                 place_of(self.request.system, name, float(values[j]), tuple(branch.states[j]))
                 for j in (i, i + 1)
             ]
+            # at a phase in flight, as a rigid impact may pass phase zero between the two points
             there = best_map(section_map, ends[0], n)
             a, b = (place_at(section_map, place, n, there.since) for place in ends)
             if a is None or b is None:

@@ -39,10 +39,7 @@ TRANSIENT, PERIODS = 600, 120
 
 
 def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
-    """Return the start orbits of a continuation.
-
-    Raises `RequestError` if no start ends in a periodic orbit, or none in one with the label.
-    """
+    """Return the start orbits of a continuation; `RequestError` if there is none."""
     begin, name, system = request.begin, request.along.name, request.system
     if begin.policy == "orbits":
         return [(place_of(system, name, o.value, o.state), o.period) for o in begin.orbits]
@@ -79,13 +76,9 @@ def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
 def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orbit, ...]:
     """Return periodic orbits of a scan along a parameter that it varied.
 
-    Arguments:
-        name: the parameter.
-        cell: values of varied parameters by name, of which the nearest cells count; of parameters
-            that are missing, the first.  If it holds `name` itself, there is one cell; otherwise
-            the first, the middle and the last cell of each run of equal labels.
-
-    Raises `RequestError` if the archive holds no periods or no states.
+    `cell` holds values of varied parameters, of which the nearest cells count, or else the first.
+    Without the parameter itself, the first, the middle and the last cell of each run of equal
+    labels count.  Raises `RequestError` if the archive holds no periods or no states.
     """
     if name not in view.axes:
         raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
@@ -224,11 +217,7 @@ def compute(
 
 
 def run(request: Continuation, output: Path, how: RunOptions) -> None:
-    """Compute a continuation into the archive `output`.
-
-    Raises `Interrupted` with complete branches saved for --resume, and `RequestError` if there is
-    no periodic start orbit.
-    """
+    """Compute a continuation into the archive `output`."""
     use_threads(how.threads)
     store, numbers = Blocks(output, request), count()
 

@@ -43,10 +43,7 @@ def shoots_from_flights(scene: Scene) -> bool:
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Cycle(Outlined):
-    """A state, its image after n forcing periods, and derivatives.
-
-    It is an nT orbit if the residual is 0.
-    """
+    """A state, its image after n forcing periods, and derivatives; if closed, an nT orbit."""
 
     state: np.ndarray  # (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s]
     values: np.ndarray  # (m,) free parameters
@@ -155,17 +152,14 @@ class SectionMap:
         return cells.view(np.recarray)
 
     def _changes(self, values: np.ndarray) -> np.recarray:
-        """Return the derivatives (m,) of a cell record with respect to the free parameters.
-
-        Formulas between parameters and records are differentiated by one-sided differences of
-        order four, on a side where the parameter's values are allowed.
-        """
+        """Return the derivatives (m,) of a cell record with respect to the free parameters."""
         if self._direct is not None:  # each parameter is itself the value of its columns
             derivatives = np.zeros(len(values), self._template.dtype)
             entries = derivatives.view(np.float64).reshape(len(values), -1)
             for i, columns in enumerate(self._direct):
                 entries[i, columns] = 1.0
             return derivatives.view(np.recarray)
+        # formulas are differentiated by one-sided differences of order four, on an allowed side
         steps = []
         points = np.repeat(values[np.newaxis], 5 * len(values), axis=0)
         for i, (name, value) in enumerate(zip(self.names, values.tolist(), strict=True)):
@@ -181,10 +175,7 @@ class SectionMap:
         return rows.view(self._template.dtype)[:, 0].view(np.recarray)
 
     def at(self, place: np.ndarray, n: int) -> Cycle | None:
-        """Return the map of n periods at a place (size + m,).
-
-        None if the integration fails or a parameter's value is not allowed.
-        """
+        """Return the map of n periods at a place (size + m,), if it is allowed and integrable."""
         size, values = self.size, place[self.size :]
         for i, name in enumerate(self.names):
             allowed, value = PARAMETERS[name], values[i]
@@ -226,10 +217,7 @@ class SectionMap:
         return weights
 
     def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
-        """Return the place `time` [periods] later, on the sections of `shot(since + time)`.
-
-        None if the integration fails.
-        """
+        """Return the place `time` [periods] later, on the sections of `shot(since + time)`."""
         y, now, end = np.zeros((1, 4)), self.since % 1.0, self.since % 1.0 + time
         y[0, : self.size], status = place[: self.size], np.zeros(1, np.int64)
         cell = self.cells(place[np.newaxis, self.size :])
@@ -257,10 +245,7 @@ class SectionMap:
     def measure(
         self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray | None = None
     ) -> cycles.Extremes:
-        """Return the extremes of orbits that last for `periods` from `places` (count, size + m).
-
-        The places are at phase zero; `touches` is filled.
-        """
+        """Return the extremes of orbits from `places` (count, size + m) at phase zero."""
         count, cells = len(places), self.cells(places[:, self.size :])
         starts = np.zeros((count, 4))
         starts[:, : self.size] = places[:, : self.size]
@@ -283,10 +268,7 @@ def place_of(system: System, name: str, value: float, state: Sequence[float]) ->
 
 
 def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.ndarray:
-    """Return the states (count, size) in the user's coordinates at places (count, size + m).
-
-    `names` are the m free parameters, any of which may move the rest position.
-    """
+    """Return the states (count, size) in the user's coordinates at places (count, size + m)."""
     size = len(system.scene.components)
     cells = system.cells({name: places[:, size + i] for i, name in enumerate(names)})
     return user_states(cells, places[:, :size], system.scene)

@@ -242,28 +242,23 @@ class Tracer:
         return points, meetings, "long"
 
     def _on_bound(self, a: Point, b: Point) -> Point | None:
-        """Return the point of the curve on the first bound that it crosses between two points.
-
-        Its tangent is the axis of the bounded parameter, so that Newton's method keeps its value.
-        """
+        """Return the point of the curve on the first bound that it crosses between two points."""
         size, before, after = a.cycle.state.size, a.cycle.values, b.cycle.values
         bounds = np.where(after > self.high, self.high, self.low)
         out = np.flatnonzero((after < self.low) | (after > self.high))
         share, axis = min((float((bounds - before)[i] / (after - before)[i]), int(i)) for i in out)
         place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
         place[size + axis] = bounds[axis]
+        # by this row, Newton's method keeps the value of the bounded parameter
         row = np.eye(len(place))[size + axis]
         cycle, *_ = self._closed(a.cycle, a.weights, place, row, self.level)
         return None if cycle is None else Point(cycle, row / a.weights, a.weights)
 
     def finished(self, point: Point) -> Point | None:
-        """Return a point of the curve at phase zero; None if its orbit is lost on the way there.
-
-        A nearly grazing orbit of rigid bodies becomes the grazing one, in the plane normal to the
-        curve.
-        """
+        """Return a point of the curve at phase zero; None if its orbit is lost on the way there."""
         if not self.level:
             return self.seen_by(self.section_map, point)
+        # an orbit beside the grazing of rigid bodies becomes the grazing one
         cycle, row = point.cycle, point.normal
         here, knots = self.map_of(point), list[tuple[float, np.ndarray]]()
         for share in (1.0, *NEARER):
@@ -284,12 +279,9 @@ class Tracer:
         return Point(grazes, point.tangent, point.weights)
 
     def meetings(self, a: Point, b: Point, step: float) -> list[Meeting]:
-        """Return the points of codimension two between two points.
-
-        On a curve of rigid grazing there are none: curves of other kinds end on the side with the
-        impact.
-        """
+        """Return the points of codimension two between two points."""
         meetings = list[Meeting]()
+        # on a curve of rigid grazing there are none: other curves end on the side with the impact
         for name, condition in () if self.level else CONDITIONS[self.kind].items():
 
             def test(point: Point, condition: str = condition) -> float:
@@ -364,10 +356,7 @@ class Tracer:
 
 
 def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
-    """Return the tracer of a curve of grazing, calibrated by the orbits on both sides of a GR.
-
-    None if one of them does not exist or they differ in more than one impact.
-    """
+    """Return the tracer of a curve of grazing, calibrated by the orbits on both sides of a GR."""
     size = tracer.section_map.size
     sides: list[Cycle] = []
     for sign in (1.0, -1.0):
@@ -401,14 +390,11 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | No
 
 
 def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | None:
-    """Return the tracer of a curve of rigid grazing, and move `place` to an orbit beside it.
-
-    The orbit with the `impacts` without the grazing one exists on one side of the parameter.
-    """
+    """Return the tracer of a curve of rigid grazing; move `place` to an orbit beside it."""
     section_map, size = tracer.section_map, tracer.section_map.size
     unit = max(abs(place[size]), 1.0e-3)
     for step in (BESIDE * unit * 10.0**i for i in range(5)):
-        for sign in (1.0, -1.0):
+        for sign in (1.0, -1.0):  # the orbit without the impact exists on one side
             start = place.copy()
             start[size] += sign * step
             cycle = _closed_at(section_map, start, n)
@@ -422,11 +408,7 @@ def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | 
 
 
 def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curve | None:
-    """Return the curve through a special point, in both directions; None if it cannot be followed.
-
-    Parameters: the `place` (size + 2,) of the special point and the `impacts` of its orbit, at a
-    grazing without the grazing one.
-    """
+    """Return the curve through a special point, in both directions, if it can be followed."""
     if tracer.kind == "GR":
         place = place.copy()
         rigid = any(law.instant for law in tracer.section_map.scene.laws)

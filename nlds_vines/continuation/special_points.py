@@ -312,10 +312,7 @@ Offshoot = tuple[Point, float]
 
 
 def null_vector(matrix: np.ndarray) -> np.ndarray:
-    """Return the unit null vector (n,) of a nearly singular matrix (n, n) by inverse iteration.
-
-    It is bordered, so that it never divides by zero.
-    """
+    """Return the unit null vector of a nearly singular matrix by bordered inverse iteration."""
     size = len(matrix)
     vector, column = np.ones(size), np.ones((1, size))
     for _ in range(4):
@@ -329,21 +326,15 @@ def null_vector(matrix: np.ndarray) -> np.ndarray:
 
 
 def doubled(section_map: SectionMap, point: Point) -> Offshoot | None:
-    """Return the first orbit of twice the period beside a period doubling; None if there is none.
-
-    The branch of twice the period leaves along the eigenvector of the multiplier -1.
-    """
-    cycle = point.cycle
+    """Return the first orbit of twice the period beside a period doubling, if there is one."""
+    cycle = point.cycle  # whose eigenvector of the multiplier -1 is the direction
     direction = np.append(null_vector(shifted(cycle.matrix, 1.0)), np.zeros(len(cycle.values)))
     return _beside(section_map, point, direction, 2 * cycle.n)
 
 
 def other_branch(section_map: SectionMap, point: Point) -> Offshoot | None:
-    """Return a point of the other branch through a branch point; None if there is none.
-
-    Both tangents are null vectors of (M - I, slopes): the search goes along the one that is normal
-    to the tangent of this branch.
-    """
+    """Return a point of the other branch through a branch point, if there is one."""
+    # both tangents are null vectors of (M - I, slopes): take the one normal to that of this branch
     rows = np.column_stack([point.cycle.closing, point.cycle.slopes[0]])
     return _beside(section_map, point, null_vector(np.vstack([rows, point.normal])), point.cycle.n)
 

@@ -108,20 +108,14 @@ class Outputs:
 
 
 def records_of(cells: np.ndarray) -> np.recarray:
-    """Return cells as kernels take them, copied if they are read-only.
-
-    Numba has another type for read-only arrays, for which it would compile all kernels again.
-    """
+    """Return cells as kernels take them, copied if read-only, as Numba would compile anew."""
     return np.require(cells, requirements=("C", "W")).view(np.recarray)
 
 
 def run(
     parts: Parts, sweeps: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
 ) -> np.ndarray:
-    """Run sweeps (sweeps, cells) from `starts` (sweeps, 4), fill the buffers, return the status.
-
-    The periods before `span` are the transient.
-    """
+    """Run sweeps (sweeps, cells) from `starts` (sweeps, 4), fill the buffers, return the status."""
     status = np.zeros(sweeps.shape, np.int64)
     cells, each = records_of(sweeps), sweeps.shape[1] * (span.first + span.periods)
     arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status

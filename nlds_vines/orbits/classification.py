@@ -384,17 +384,14 @@ def _growth(
 
 
 def _orthonormalized(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return orthonormal rows by the Gram-Schmidt process, and the logarithms of their lengths.
-
-    A vector of length 0 stays 0.
-    """
+    """Return rows orthonormalized by Gram and Schmidt, and the logarithms of their lengths."""
     result, lengths = np.zeros_like(vectors), np.zeros(len(vectors))
     for i, vector in enumerate(vectors):
         for _ in range(2):  # twice suffices for orthogonality to round-off
             for other in result[:i]:
                 vector = vector - (vector * other).sum() * other
         lengths[i] = math.sqrt(float((vector * vector).sum()))
-        if lengths[i] > 0.0:
+        if lengths[i] > 0.0:  # otherwise it stays 0
             result[i] = vector / lengths[i]
     with np.errstate(divide="ignore"):
         return result, np.log(lengths)

@@ -45,10 +45,7 @@ class InCells(Protocol):
 
 
 class LoadBatch:
-    """Integrates orbits of one scene under loads.
-
-    Threads may call `longest` and `run` at the same time.
-    """
+    """Integrates orbits of one scene under loads, in any number of threads at a time."""
 
     def __init__(
         self,

@@ -126,10 +126,7 @@ FINENESS: Mapping[str, Callable[[Any], Any]] = {
 
 
 def chosen_settings(method: str, options: Mapping[str, Any]) -> Settings:
-    """Return the settings of a method with the `options` that are not None.
-
-    Raises `RequestError` for an option of the other method, and for a value out of range.
-    """
+    """Return the settings of a method with the `options` that are not None, validated."""
     present = {name: value for name, value in options.items() if value is not None}
     for name in present:
         of_rk4 = name == "period_steps"

@@ -46,11 +46,8 @@ def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
 
 
 def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
-    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6).
-
-    w is the damper's absolute displacement from its rest position, V + C for SSul, not the stretch
-    of its spring.
-    """
+    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6)."""
+    # w is the absolute displacement from rest, V + C for SSul, not the stretch of the spring
     p, w = system.parameters, states[:, 2] - system.rest
     return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
 

@@ -145,9 +145,6 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
 
 
 main = Command(
-    name="accuracy",
-    description="Error against run time of our methods and of SciPy on one system.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-).main
+    "accuracy", "Error against run time of our methods and of SciPy on one system.",
+    _EXAMPLES, _declare, _carry_out,
+).main  # fmt: skip

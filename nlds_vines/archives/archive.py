@@ -396,15 +396,12 @@ class ArchiveView(Outlined):
                 if "flag_values" in attrs:
                     words = attrs["flag_meanings"].split(" ")
                     flags = dict(zip(words, attrs["flag_values"].tolist(), strict=True))
-                self._entries[name] = Dataset(
-                    name,
-                    (name,) if dataset.is_scale else tuple(d[0].name[1:] for d in dataset.dims),
-                    "str" if is_text else str(dataset.dtype),
-                    str(attrs["units"]),
-                    str(attrs["long_name"]),
-                    "" if is_text else dataset.fillvalue.item(),
-                    flags,
-                )
+                dims = [name] if dataset.is_scale else [dim[0].name[1:] for dim in dataset.dims]
+                kind = "str" if is_text else str(dataset.dtype)
+                fill = "" if is_text else dataset.fillvalue.item()
+                units, meaning = str(attrs["units"]), str(attrs["long_name"])
+                entry = Dataset(name, tuple(dims), kind, units, meaning, fill, flags)
+                self._entries[name] = entry
         return self._entries[name]
 
     def shape(self, name: str) -> tuple[int, ...]:

@@ -145,9 +145,6 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="explore",
-    description="Click a map and see its orbit: a local page in the browser.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-).main
+    "explore", "Click a map and see its orbit: a local page in the browser.",
+    _EXAMPLES, _declare, _carry_out,
+).main  # fmt: skip

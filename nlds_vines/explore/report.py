@@ -65,9 +65,6 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="report",
-    description="A map as one page: hover, click and keys show what is stored of every cell.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-).main
+    "report", "A map as one page: hover, click and keys show what is stored of every cell.",
+    _EXAMPLES, _declare, _carry_out,
+).main  # fmt: skip

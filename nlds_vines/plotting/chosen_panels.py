@@ -33,12 +33,9 @@ class Drawing(ABC):
 
     @abstractmethod
     def figure(
-        self,
-        view: ArchiveView,
-        show: str | None = None,
-        page: Page = TWO_COLUMNS,
+        self, view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
-    ) -> Figure:
+    ) -> Figure:  # fmt: skip
         """Return the figure of an open archive; `show` are names, separated by commas.
 
         The axes `ax` take one panel, by default the main one.  Raises `RequestError` for what the
@@ -88,12 +85,9 @@ class Picture(Drawing):
         return self.panels(view)
 
     def figure(
-        self,
-        view: ArchiveView,
-        show: str | None = None,
-        page: Page = TWO_COLUMNS,
+        self, view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
-    ) -> Figure:
+    ) -> Figure:  # fmt: skip
         panels = self.panels(view)
         usual = panels if self.usual is None else self.usual(view)
         names = chosen(show, panels, usual, ax is None)

@@ -279,10 +279,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
 
 
 main = commands.of_task(
-    _NAME,
-    _load,
-    Job,
-    ("FILE", "PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]"),
+    _NAME, _load, Job, ("FILE", "PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]"),
     (
         Option(
             "--at", "NAME=VALUE,...", "of SCAN.h5: the cell nearest to these values",

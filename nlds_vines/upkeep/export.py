@@ -49,9 +49,5 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="export",
-    description="Write an archive as comma-separated values.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
+    "export", "Write an archive as comma-separated values.", _EXAMPLES, _declare, _carry_out
 ).main

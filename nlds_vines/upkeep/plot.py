@@ -228,9 +228,5 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="plot",
-    description="Draw a finished archive; nothing is computed.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
+    "plot", "Draw a finished archive; nothing is computed.", _EXAMPLES, _declare, _carry_out
 ).main

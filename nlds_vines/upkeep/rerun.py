@@ -66,9 +66,6 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="rerun",
-    description="Repeat what an archive holds, and compare the results.",
-    examples=_EXAMPLES,
-    declare=_declare,
-    carry_out=_carry_out,
-).main
+    "rerun", "Repeat what an archive holds, and compare the results.",
+    _EXAMPLES, _declare, _carry_out,
+).main  # fmt: skip

@@ -7,7 +7,6 @@ import os
 import shutil
 import signal
 import stat
-import subprocess
 import sys
 import time
 from contextlib import contextmanager, suppress
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import numba
 import pytest
-from commands import printed, python
+from commands import printed, python, started
 
 import nlds_vines
 from nlds_vines.kernels.numerics import stored_code
@@ -190,12 +189,9 @@ def blocked(tmp_path):
     (tmp_path / "tmp").mkdir()
 
     def program(home, temporary):
-        environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
-        environment |= {"HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache", "PYTHONPATH": ""}
-        environment |= {"TMPDIR": str(temporary), "NUMBA_DISABLE_JIT": "0"}
-        done = subprocess.run(
-            [sys.executable, "-B", "-c", BLOCKED],
-            capture_output=True, text=True, check=False, cwd=tmp_path, env=environment,
+        done = python(
+            "-B", "-c", BLOCKED, cwd=tmp_path, NUMBA_CACHE_DIR="", NUMBA_DISABLE_JIT="0",
+            PYTHONPATH="", TMPDIR=str(temporary), HOME=str(home), XDG_CACHE_HOME=f"{home}/cache",
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         assert float(done.stdout) == pytest.approx(2.718281828459045, rel=1e-15)
@@ -208,7 +204,7 @@ def compiled_in(folder):
     return list(folder.rglob("*.compiled"))
 
 
-def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
+def test_then_a_temporary_folder_that_is_named_unless_others_can_write_to_it(blocked, tmp_path):
     err = blocked("/dev/null", tmp_path / "tmp")
     assert err.count("\n") == 1
     assert "NUMBA_CACHE_DIR" in err
@@ -219,14 +215,10 @@ def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
     before = {path: path.stat().st_mtime_ns for path in compiled_in(folder)}
     assert str(folder) in blocked("/dev/null", tmp_path / "tmp")  # the same again
     assert {path: path.stat().st_mtime_ns for path in compiled_in(folder)} == before
-
-
-def test_a_folder_that_others_can_write_to_is_not_taken(blocked, tmp_path):
-    theirs = tmp_path / "tmp" / f"nlds_vines-{os.getuid()}"
-    theirs.mkdir()
+    theirs = tmp_path / "theirs" / folder.name
+    theirs.mkdir(parents=True)
     theirs.chmod(0o777)
-    err = blocked("/dev/null", tmp_path / "tmp")
-    assert f"{theirs};" not in err
+    assert f"{theirs};" not in blocked("/dev/null", theirs.parent)
     assert not compiled_in(theirs)
 
 
@@ -333,20 +325,17 @@ print([str(place) for place in stored_code._places()])
 """
 
 
-def test_a_user_without_a_home_and_a_relative_cache(tmp_path):
+def test_a_user_without_a_home_and_a_relative_cache(monkeypatch):
     if os.getuid() != 0:
         pytest.skip("only the superuser becomes another user")
-    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT)}
-    places = {}
-    for name, settings in (("none", {}), ("relative", {"XDG_CACHE_HOME": "cache", "HOME": "/h"})):
-        done = subprocess.run(
-            [sys.executable, "-B", "-c", PLACES],
-            capture_output=True, text=True, check=False, cwd=tmp_path, env=environment | settings,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        places[name] = [Path(place) for place in ast.literal_eval(done.stdout)]
-    assert places["none"] == [stored_code.KERNELS / "__pycache__"]
-    assert places["relative"][1].parent == Path("/h/.cache/nlds_vines")
+    for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    places = [
+        [Path(place) for place in ast.literal_eval(printed("-B", "-c", PLACES, **settings))]
+        for settings in ({}, {"XDG_CACHE_HOME": "cache", "HOME": "/h"})
+    ]
+    assert places[0] == [stored_code.KERNELS / "__pycache__"]
+    assert places[1][1].parent == Path("/h/.cache/nlds_vines")
 
 
 # ---- what a run does with what it finds, or does not find ----------------------------------------
@@ -359,6 +348,9 @@ def finished(folder, *arguments, **changes):
     return done.returncode, done.stderr
 
 
+SAYS = "compiling the equations of {} into machine code"
+
+
 @pytest.mark.kernels
 @pytest.mark.parametrize("task", [
     "response-history --system none",
@@ -368,22 +360,18 @@ def test_what_is_compiled_under_a_load_is_said(tmp_path, task):
     struck = ["--impulse", "1000", "--duration", "20", "-o", "a.h5"]
     status, err = finished(tmp_path, *task.split(), *struck)
     assert status == 0, err
-    assert f"compiling the equations of {task.split()[2]} into machine code" in err
+    assert SAYS.format(task.split()[2]) in err
 
 
 @pytest.mark.kernels
 def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
-    scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:2", "--record", "section"]
-    scan += ["--transient", "1", "--periods", "2", "--overwrite", "-o", "a.h5"]
-    words = (
-        "compiling the equations of none into machine code, which is kept for later runs: "
-        "about 12 s\n"
-    )
-    status, err = finished(tmp_path, *scan)
+    scan = "bifurcation --system none --vary omega=6:7:2 --record section --transient 1 --periods 2"
+    words = [*scan.split(), "--overwrite", "-o", "a.h5"]
+    status, err = finished(tmp_path, *words)
     assert status == 0
-    assert err.startswith(words)
-    assert finished(tmp_path, *scan) == (0, "")
-    assert finished(tmp_path, *scan, "--quiet", NUMBA_OPT="2") == (0, "")
+    assert err.startswith(f"{SAYS.format('none')}, which is kept for later runs: about 12 s\n")
+    assert finished(tmp_path, *words) == (0, "")
+    assert finished(tmp_path, *words, "--quiet", NUMBA_OPT="2") == (0, "")
 
 
 @pytest.mark.kernels
@@ -432,19 +420,18 @@ BOUND = 300
 """Seconds after which a process that should end at once is taken for one that does not end."""
 
 
-def started(folder, *words):
-    """Start the default scan with an empty cache; return its process."""
-    where = {"PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "0", "NUMBA_CACHE_DIR": str(folder)}
-    return subprocess.Popen(
-        [sys.executable, "-m", "nlds_vines", "bifurcation", *words], cwd=folder, text=True,
-        env={**os.environ, **where}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+@pytest.mark.parametrize(
+    ("threads", "end"), [(2, signal.SIGINT), (2, signal.SIGKILL), (1, signal.SIGINT)]
+)
+def test_nothing_goes_on_after_the_end(threads, end, tmp_path):
+    """The default scan, with an empty cache; on one thread nobody helps to compile."""
+    helpers, process = [], started(
+        "-m", "nlds_vines", "bifurcation", "--threads", threads, cwd=tmp_path,
+        NUMBA_DISABLE_JIT="0", NUMBA_CACHE_DIR=str(tmp_path),
     )  # fmt: skip
-
-
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_goes_on_after_the_end(end, tmp_path):
-    process = started(tmp_path)
-    while not (helpers := children(process.pid)):
+    if threads == 1:
+        assert process.stderr.readline().startswith("compiling the equations of ssul")
+    while threads > 1 and not (helpers := children(process.pid)):
         assert process.poll() is None
         time.sleep(0.02)
     assert not list(tmp_path.rglob("lanes.*.compiled"))
@@ -456,14 +443,3 @@ def test_nothing_goes_on_after_the_end(end, tmp_path):
     while any(alive(child) for child in helpers):
         time.sleep(0.02)
     assert not list(tmp_path.rglob("lanes.*.compiled"))  # none was compiled to its end
-
-
-def test_ctrl_c_is_answered_while_a_run_compiles(tmp_path):
-    process = started(tmp_path, "--threads", "1")
-    first = process.stderr.readline()
-    assert first.startswith("compiling the equations of ssul")
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=BOUND)
-    assert process.returncode == 130
-    assert "interrupted: 0 of " in err
-    assert not list(tmp_path.rglob("lanes.*.compiled"))

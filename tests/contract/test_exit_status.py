@@ -10,11 +10,12 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
-from commands import printed
+from commands import ended, printed, started
 from made_up import make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
+from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.terminal import exit_status_of
@@ -187,19 +188,6 @@ def test_a_dry_run_says_what_would_be_done_and_writes_nothing(line, here, answer
     assert list(here.iterdir()) == []
 
 
-ODD = "a\udcff"  # how Python keeps the bytes a\xff
-
-SYSTEM = """\
-[system]
-kind = "none"
-m1 = 1
-k1 = 1
-c1 = 1
-P = 1
-{more}
-[vary]
-omega = {{ values = [6.0, 7.0] }}
-"""
 # ---- the environment -----------------------------------------------------------------------------
 
 
@@ -221,16 +209,13 @@ def test_the_threads_of_numba_do_not_matter(tmp_path):
     assert (tmp_path / "a.h5").exists()
 
 
-def test_texts_that_people_write_are_taken():
+def test_texts_that_people_write_are_taken_and_odd_names_of_programs(tmp_path, monkeypatch):
     for title in ("Größe β = 2 π, 減衰", "a 👩‍🔬 b", "$5 \\frac", "x" * MOST_CHARACTERS):
         assert System("tmd", nv.load_system("tmd").parameters, title=title).title == title
     note = "first line\n\tsecond line"
     system = System("tmd", nv.load_system("tmd").parameters, assumptions={"m1": note})
     assert system.assumptions["m1"] == note
-
-
-def test_an_archive_made_from_a_program_with_an_odd_name_can_be_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", [f"/home/{ODD}/run.py", "a\0b"])
+    monkeypatch.setattr(sys, "argv", ["/home/a\udcff/run.py", "a\0b"])  # of the bytes a\xff
     path = write(tmp_path / "a.h5", make_scan())
     with nv.read(path) as view:
         assert json.loads(view.attrs["argv"]) == sys.argv
@@ -238,10 +223,10 @@ def test_an_archive_made_from_a_program_with_an_odd_name_can_be_written(tmp_path
 
 @pytest.mark.parametrize("name", ["../../escaped", "/tmp/escaped", "a/b", "ω" * 900, ".hidden"])
 def test_a_name_in_a_figure_is_no_path(tmp_path, name):
-    text = SYSTEM.format(more=f'omega = 1\nname = "{name}"') + "[[curves]]\n"
-    (tmp_path / "page.toml").write_text(text)
-    request = load_figure(tmp_path / "page.toml")
-    archive = request.archive
+    system = {"kind": "none", "m1": 1, "k1": 1, "c1": 1, "P": 1, "omega": 1, "name": name}
+    page = {"system": system, "vary": {"omega": {"values": [6.0, 7.0]}}, "curves": [{}]}
+    (tmp_path / "page.toml").write_text(toml_text(page))
+    archive = load_figure(tmp_path / "page.toml").archive
     assert Path(archive).name == archive
     assert not archive.startswith(".")
     assert len(archive.encode()) < 255
@@ -298,11 +283,11 @@ def test_little_memory_is_enough(folder, kilobytes):
         assert ask(f"ulimit -v {kilobytes}; nlds-vines {words}", folder)[::2] == (0, "")
 
 
-@pytest.mark.parametrize("words", ["cannot open x.so: failed to map segment from shared object"])
-def test_a_library_without_room_is_one_line(words, capsys):
+def test_a_library_without_room_is_one_line(capsys):
     def work(text):
         raise ImportError(text)
 
+    words = "cannot open x.so: failed to map segment from shared object"
     assert exit_status_of("", lambda: work(words)) == 2
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(ImportError, match="other"):
@@ -329,11 +314,7 @@ sys.exit(program.main(["bifurcation", "--dry-run"]))
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_while_modules_are_loaded_is_one_line(folder, number, status):
-    with subprocess.Popen(
-        [sys.executable, "-c", SLOW_IMPORT], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    ) as running:  # fmt: skip
-        assert running.stdout.readline() == "here\n"
-        running.send_signal(number)
-        errors = running.communicate()[1]
-    assert (running.returncode, errors) == (status, "nlds-vines: interrupted\n")
+    running = started("-c", SLOW_IMPORT, cwd=folder)
+    assert running.stdout.readline() == "here\n"
+    running.send_signal(number)
+    assert ended(running) == (status, "", "nlds-vines: interrupted\n")

@@ -4,7 +4,6 @@ import ast
 import inspect
 import json
 import shutil
-import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
@@ -43,14 +42,11 @@ WIDE = {
 INPUT_OUTPUT = {"open", "print", "input", "exec", "eval"}
 
 
-def who_imports(library, folder=PACKAGE):
+def who_imports(library):
     return {
         name
-        for name, path in modules(folder).items()
-        if any(
-            imported == library or imported.startswith(f"{library}.")
-            for imported in imports(path, folder)
-        )
+        for name, path in MODULES.items()
+        if any(f"{imported}.".startswith(f"{library}.") for imported in imports(path, PACKAGE))
     }
 
 
@@ -62,8 +58,7 @@ def decorators(path):
     return [ast.unparse(decorator) for node in nodes for decorator in node.decorator_list]
 
 
-def kernels():
-    return {name: path for name, path in MODULES.items() if name.split(".")[0] == "kernels"}
+KERNELS = sorted(name for name in MODULES if name.split(".")[0] == "kernels")
 
 
 # ---- floors and circles --------------------------------------------------------------------------
@@ -71,10 +66,8 @@ def kernels():
 
 def linted(folder):
     program = "import sys; from importlinter.cli import lint_imports_command as main; main()"
-    command = [sys.executable, "-c", program, "--config", str(ROOT / "pyproject.toml")]
-    done = subprocess.run(
-        [*command, "--no-cache"], cwd=folder, capture_output=True, text=True, check=False
-    )
+    words = ["-c", program, "--config", ROOT / "pyproject.toml", "--no-cache"]
+    done = python(*words, cwd=folder, PYTHONPATH="")
     return done.returncode, done.stdout + done.stderr
 
 
@@ -193,7 +186,7 @@ PREPARED = {"kernels.impact.arc"}
 """Modules whose constants kernels are given: computed once in a process, by plain Python."""
 
 
-@pytest.mark.parametrize("name", kernels())
+@pytest.mark.parametrize("name", KERNELS)
 def test_kernels_know_numbers_only(name):
     imported = imports(MODULES[name], PACKAGE)
     outside = {full.split(".")[0] for full in imported} - {"nlds_vines", "__future__"}
@@ -210,7 +203,7 @@ def test_kernels_know_numbers_only(name):
         assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
 
 
-@pytest.mark.parametrize("name", sorted(set(kernels()) - TYPES - COMPILING - CHOOSING - PREPARED))
+@pytest.mark.parametrize("name", sorted({*KERNELS} - TYPES - COMPILING - CHOOSING - PREPARED))
 def test_every_kernel_is_compiled(name):
     for node in ast.parse(MODULES[name].read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef):

@@ -107,16 +107,13 @@ def test_the_python_examples_print_what_is_shown(page, scan_file):
         nlds_vines.scan("own.toml", to="own.h5", quiet=True)
     programs = [step for step in walk.steps(text_of(page)) if step[0] == "python"]
     assert programs
+    with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
+    assert with_python == {*RUN, "tutorial.md", "long-scans.md"}  # which others run
     with matplotlib.rc_context({"backend": "Agg"}):
         for _, program, shown in programs:
             with contextlib.redirect_stdout(io.StringIO()) as printed:
                 exec(compile(program, page, "exec"), names)
             assert printed.getvalue() == shown
-
-
-def test_no_other_page_has_python_that_nobody_runs():
-    with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
-    assert with_python == {*RUN, "tutorial.md", "long-scans.md"}
 
 
 @pytest.mark.kernels
@@ -132,13 +129,12 @@ COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in mod
 
 
 def commands(text):
-    """Return the words of every line of a text that begins with a computation.
+    """Return the words of every line of a text that is a command.
 
     `python -m nlds_vines.bifurcation` is the same as `nlds-vines bifurcation`.
     """
     lines = re.findall(r"^(?:nlds-vines |python -m nlds_vines\.)(.*)$", text, re.MULTILINE)
-    lines_of_words = [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
-    return [words for words in lines_of_words if words[0] in COMPUTE]
+    return [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
 
 
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
@@ -151,6 +147,7 @@ ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: 
 def test_every_command_is_understood(scan_file):
     texts = [page.read_text(encoding="utf-8") for page in PAGES if page.name not in PATTERNS]
     listed = [words for text in texts for words in commands(text.replace("\n.venv/bin/", "\n"))]
+    listed = [words for words in listed if words[0] in COMPUTE]
     assert {words[0] for words in listed} == COMPUTE
     for record in ("quake.csv", "elcentro_chopra.csv"):
         Path(record).write_text("time [s], acceleration [g]\n0.00, 0.01\n0.02, -0.03\n")
@@ -160,16 +157,11 @@ def test_every_command_is_understood(scan_file):
             assert console([*words, "--dry-run"]) == 0, words
 
 
-def sister_commands(text):
-    lines = re.findall(r"^nlds-vines (.*)$", text, re.MULTILINE)
-    return [shlex.split(line) for line in lines]
-
-
 @pytest.mark.kernels
 @pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
 def test_the_long_scan_goes_on_as_it_is_told(scan_file):
     (block,) = [body for body in blocks("sh", text_of("long-scans.md")) if "own.toml" in body]
-    listed = sister_commands(block)
+    listed = commands(block)
     assert [console(words) for words in listed] == [0, 0]  # a shard, then what is missing
     assert Path("big.h5").stat().st_size > 0
 
@@ -180,7 +172,7 @@ def test_the_recipes_for_clusters_are_understood(scan_file):
     tried = re.findall(r"^<!-- tried: (\w+) -->\n```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert len(tried) == 2
     for name, block in tried:
-        listed = [words for words in sister_commands(block) if words[0] == name]
+        listed = [words for words in commands(block) if words[0] == name]
         assert listed
         for words in listed:
             assert console([*words, "--dry-run"]) == 0
@@ -190,7 +182,7 @@ def test_an_archive_is_drawn_and_repeated(scan_file):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main(small) == 0
     shutil.copy("figure8.h5", "own.h5")
-    listed = sister_commands("".join(blocks("sh", text_of("archive.md"))))
+    listed = commands("".join(blocks("sh", text_of("archive.md"))))
     assert [words[0] for words in listed] == ["plot", "plot", "rerun", "export", "export"]
     assert [console(words) for words in listed] == [0] * 5
 
@@ -199,7 +191,7 @@ def test_an_archive_is_drawn_and_repeated(scan_file):
 def test_pages_are_made_as_they_are_told(scan_file, capsys):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main([*small, "-o", "figure8.h5"]) == 0
-    listed = sister_commands("".join(blocks("sh", text_of("explore.md"))))
+    listed = commands("".join(blocks("sh", text_of("explore.md"))))
     one, *others = [words for words in listed if words[0] == "report"]
     assert console(one) == 0
     assert Path("figure8.html").stat().st_size > 0
@@ -330,14 +322,11 @@ def test_a_structure_that_is_shaken_has_more_datasets():
         assert "where the ground moves" not in rows_of[f"`{name}`"], name
 
 
-def test_every_made_table_is_on_a_page_without_what_help_hides():
+def test_every_made_table_is_on_a_page_and_every_kind_is_drawn():
     texts = [page.read_text(encoding="utf-8") for page in reference.pages()]
     marks = {name for text in texts for _, name, _ in reference.MARKED.findall(text)}
     assert marks == set(reference.MADE)
-    assert "SUPPRESS" not in text_of("commands.md")
-
-
-def test_every_kind_is_drawn():
+    assert "SUPPRESS" not in text_of("commands.md")  # which help hides
     assert set(kinds.DRAWINGS) == set(SCENES)
     assert len(kinds.figure().axes) >= len(SCENES)
 
@@ -367,12 +356,9 @@ FORMS = {
 }
 
 
-def test_files_of_all_wings_are_read():
-    assert {"scan", "tuning", "portrait", "continuation"} < set(FORMS)
-
-
 @pytest.mark.parametrize("kind", FORMS)
 def test_every_key_is_told(kind):
+    assert {"scan", "tuning", "portrait", "continuation"} < set(FORMS)
     documented = {(table, key) for table, key, file in key_rows() if file in (kind, "all")}
     for table, keys in FORMS[kind].tables.items():
         assert any(place == table for place, _ in documented), table
@@ -412,15 +398,12 @@ def test_the_paths_and_benchmarks_that_are_named_exist():
         assert place.with_suffix(".py").is_file() or (place / "__main__.py").is_file(), name
 
 
-def test_the_contents_lead_to_every_page():
+def test_the_contents_lead_to_every_page_and_tables_of_the_readme_are_those_of_pages():
     text = text_of("index.md")
     for page in (*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")):
         assert page.stem == "index" or re.search(rf"^{page.stem}$", text, re.MULTILINE), page.name
     links = re.findall(r"\]\(docs/([^)#]+)", README.read_text(encoding="utf-8"))
     assert {"index.md", "tutorial.md", "how-it-works.md"} <= set(links)
-
-
-def test_the_readme_measures_what_the_page_measures():
     measured = rows(README.read_text(encoding="utf-8")) & rows(text_of("accuracy.md"))
     table = README.read_text(encoding="utf-8").split("## Accuracy and speed")[1]
     settings = [row for row in rows(table) if re.search(r"\d[.]\de-\d", row)]

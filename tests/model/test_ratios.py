@@ -41,13 +41,6 @@ def test_each_ratio_stands_for_its_parameter():
     assert oscillator["omega"] == 2.0 * sqrt(oscillator["k"] / oscillator["m"])
 
 
-def test_a_unit_follows_from_what_is_given_beside_it():
-    parameters = six(m1=1500.0, k1=6e4, zeta1=0.015, mass_ratio=0.02, zeta2=0.1)
-    assert parameters["m2"] == 30.0
-    assert parameters["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
-    assert parameters["c2"] == pytest.approx(0.1 * 2 * sqrt(parameters["k2"] * 30.0), rel=1e-15)
-
-
 def test_a_system_tells_its_ratios_and_they_give_it_back():
     system = nv.load_system("ssul-set6", c2=90.0)
     ratios = system.ratios
@@ -70,6 +63,8 @@ def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
     parameters = nv.load_system(tmp_path / "own.toml").parameters
     assert parameters["m2"] == 30.0
     assert parameters["omega"] == 2 * pi
+    assert parameters["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
+    assert parameters["c2"] == pytest.approx(0.1 * 2 * sqrt(1200.0 * 30.0), rel=1e-15)
     (tmp_path / "own.toml").write_text('[system]\nkind = "none"\nm1 = 1.0\nzeta1 = 0.1\n')
     with pytest.raises(RequestError, match="zeta1 needs k1, which is missing"):
         nv.load_system(tmp_path / "own.toml")

@@ -214,7 +214,8 @@ TABLES = {
     "UTF-16": table().encode("utf-16"),
     "UTF-16 without a mark": table().encode("utf-16-le"),
     "Latin-1": ("# Erdbeben in Köln\n" + table()).encode("latin-1"),
-    "comments between": table().replace("\n0.05", "\n# gap\n\n0.05"),
+    "comments between": table().replace("\n0.05", "  # the peak\n# gap\n\n0.05"),
+    "units apart": table("time  [s]   acceleration   ( g )", "   "),
     "exponents": table(form="{:+.6e}"),
     "bbp": "# Sim NGAH\n# time(sec) N-S(g) E-W(g)\n" + "\n".join(
         f"{t:.2f}\t{v}\t{2 * v}" for t, v in zip(TIMES, VALUES, strict=True)),
@@ -237,8 +238,9 @@ def test_a_table_without_headings_is_told(tmp_path):
     assert record.reading == "times [s] in column 1"
     record = read(tmp_path, table(heading="", cut=" ", comma=True), unit="g")
     assert record.reading == "decimal comma; times [s] in column 1"
-    record = read(tmp_path, TABLES["bbp"], column="e-w")
-    is_right(record, values=[2 * value for value in VALUES])
+    is_right(read(tmp_path, table(heading=""), unit="g", time_unit="ms"), step=STEP / 1000)
+    record = read(tmp_path, TABLES["bbp"].replace("E-W(g)", "E-W(gal)"), column="e-w")
+    is_right(record, "gal", [2 * value for value in VALUES])
     assert record.reading == ""
     assert "N-S, not in column E-W" in read(tmp_path, TABLES["bbp"]).reading
     is_right(read(tmp_path, "1 2 3\n" + table(heading="", cut=" "), unit="g", skip=1))

@@ -1,7 +1,5 @@
 """Commands as users give them: in this process, or in one of their own."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -4,11 +4,7 @@
 `flow_on` returns the map from section to section with its derivative.
 """
 
-from __future__ import annotations
-
-from collections.abc import Collection
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -17,15 +13,14 @@ from nlds_vines.kernels.cells.load_numbers import fill_rates
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under
 from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
 from nlds_vines.kernels.motion.load_cells import sums_of
-from nlds_vines.kernels.orbit.variations import Flow, flow_of
+from nlds_vines.kernels.orbit.variations import flow_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, damper_of, structure_under
-from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.simulation import impacts_of, room_for_impacts, start_state
-from nlds_vines.orbits.solver_settings import Settings, chosen_settings
+from nlds_vines.orbits.solver_settings import chosen_settings
 
 LOAD, C1, C2, CONTACT = range(4)
 """Columns of `work`: energies up to the edges [J], brought in, and dissipated by each."""
@@ -33,7 +28,7 @@ LOAD, C1, C2, CONTACT = range(4)
 MOST_IMPACTS = 4000
 
 
-def flow_on(system: System, method: str = "exact", settings: Settings | None = None) -> Flow:
+def flow_on(system, method="exact", settings=None):
     """Return the map of a system from section to section with its derivative."""
     parts, cell = parts_of(method, system.scene, settings), system.cell
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
@@ -43,14 +38,14 @@ def flow_on(system: System, method: str = "exact", settings: Settings | None = N
     )
 
 
-def longest_cell(system: System) -> float:
+def longest_cell(system):
     """Return the longest cell of a load [s]: 0.7 over a bound of the rates of the motion."""
     rates, cells = np.zeros(1), np.atleast_1d(system.cells()).view(np.recarray)
     fill_rates(parts_of("exact", system.scene), cells, rates)
     return REACH / float(rates[0])
 
 
-def load_of_kernels(load: Any) -> Load:
+def load_of_kernels(load):
     """Return a load of `load_flight.InCells` as kernels take it."""
     rows, edges = np.ascontiguousarray(load.rows).ravel(), np.ascontiguousarray(load.edges)
     jumps = np.zeros(len(edges)) if load.jumps is None else load.jumps
@@ -58,14 +53,7 @@ def load_of_kernels(load: Any) -> Load:
     return Load(edges, rows, jumps, sums, True if load.share == 0.0 else None)
 
 
-def fly(
-    system: System,
-    load: Any,
-    *,
-    start: Any = None,
-    tolerance: float | None = None,
-    record: Collection[str] = ("states", "impacts"),
-) -> SimpleNamespace:
+def fly(system, load, *, start=None, tolerance=None, record=("states", "impacts")):
     """Integrate a system under a load alone, from the first edge to the last."""
     scene, cell = system.scene, system.cell
     parts = parts_of("exact", scene, chosen_settings("exact", {"tolerance": tolerance}))

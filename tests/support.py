@@ -1,13 +1,9 @@
 """What several test files need: reference states, systems from plain numbers, single orbits."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Mapping
 from dataclasses import astuple, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -34,8 +30,7 @@ from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.simulation import Orbit, simulate
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.orbits.simulation import simulate
 
 REPO = Path(__file__).resolve().parents[1]
 BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation
@@ -46,18 +41,18 @@ FULL = (*BOTH, "energy", "clearance")
 class Reference:
     """A reference orbit from rest: row n - 1 belongs to t = nT."""
 
-    parameters: dict[str, Any]
+    parameters: dict
     states: np.ndarray
     impacts: np.ndarray
     growth: np.ndarray  # of an error in the start state; 1 where it is not known or less
 
     @property
-    def numbers(self) -> dict[str, float]:
+    def numbers(self):
         return {name: value for name, value in self.parameters.items() if name != "kind"}
 
 
 @cache
-def references() -> Mapping[str, Reference]:
+def references():
     """Return the frozen states of `data/reference/states.json` by name."""
     cases = json.loads((REPO / "data" / "reference" / "states.json").read_text())["cases"]
     orbits = {}
@@ -72,18 +67,18 @@ def references() -> Mapping[str, Reference]:
     return orbits
 
 
-def system_of(kind: str, numbers: Mapping[str, float]) -> System:
+def system_of(kind, numbers):
     """Return the system of a kind, with those of the numbers that it has; K as given."""
     scene = SCENES[kind]
     names = (*scene.parameter_names, *(("K",) if scene.walls else ()))
     return System(kind, {name: numbers[name] for name in names})
 
 
-def follow_ssul(numbers: Mapping[str, float], start: Any, periods: int, **options: Any) -> Orbit:
+def follow_ssul(numbers, start, periods, **options):
     return simulate(system_of("ssul", numbers), periods, start=start, record=BOTH, **options)
 
 
-def kernel_cell(**numbers: float) -> Any:
+def kernel_cell(**numbers):
     """Return the kernels' record of some parameters; what is not given is 0."""
     cell = np.zeros(1, CELL)
     for name in set(CELL.names) & numbers.keys():
@@ -91,7 +86,7 @@ def kernel_cell(**numbers: float) -> Any:
     return cell.view(np.recarray)[0]
 
 
-def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
+def contact_parts(**numbers):
     """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
     cell = kernel_cell(**numbers)
     damper = damper_in(cell)
@@ -102,13 +97,7 @@ NOTHING = Watch(None, None, None, None, None, None)
 EVEN = Steps(28.0, np.inf)
 
 
-def side_of(
-    parts: tuple[Any, Any, Any],
-    arc: Any = None,
-    steps: Steps = EVEN,
-    rate: float | None = None,
-    **others: Any,
-) -> Side:
+def side_of(parts, arc=None, steps=EVEN, rate=None, **others):
     """Return the `Side` of a wall with its bodies, on its own (see `contact_parts`)."""
     ps, damper, wall = parts
     rate = rate_of(ps, damper) if rate is None else rate
@@ -126,7 +115,7 @@ class Impact:
     duration: float  # [s]
     depth: float  # [m]
 
-    def difference(self, other: Impact) -> float:
+    def difference(self, other):
         """Return the largest difference, relative to the scales of the impact."""
         reach = max(abs(other.x1), other.depth)
         scales = other.speed, reach, other.speed, other.duration, other.depth
@@ -144,14 +133,14 @@ class Approach:
     phase: float
 
     @property
-    def wave(self) -> tuple[float, float]:
+    def wave(self):
         return float(np.cos(self.phase)), float(np.sin(self.phase))
 
     @property
-    def touch(self) -> tuple[float, float, float, float]:
+    def touch(self):
         return 0.0, self.speed, self.x1, self.v1  # q, s, x1, v1
 
-    def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
+    def step(self, parts, steps, rk4=None):
         """Follow the contact by Taylor steps of order 14, or four if `rk4`."""
         noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         side = side_of(parts, steps=Steps(float(steps), np.inf), rate=1.0, rk4=rk4)
@@ -161,14 +150,14 @@ class Approach:
         assert event == RELEASED
         return Impact(-s, x1, v1, took, depth)
 
-    def solve(self, parts: Any, nodes: int) -> Impact:
+    def solve(self, parts, nodes):
         side = side_of(parts, make_arc(nodes=nodes), rate=1.0)
         solved, s, x1, v1, took, depth = short_impact(side, True, self.wave, self.touch)
         assert solved
         return Impact(-s, x1, v1, took, depth)
 
 
-def grid_with(p: Any, h: float = 0.1) -> Grid:
+def grid_with(p, h=0.1):
     """Return a grid whose expanded cell of h seconds holds the polynomial p(x) as r."""
     table, speeds = np.zeros(TAYLOR), p.deriv().coef / h
     table[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
@@ -176,9 +165,7 @@ def grid_with(p: Any, h: float = 0.1) -> Grid:
     return Grid(8, h, 0.125, 1.0, 1.0, 1.0, table, None)
 
 
-def run_cell_rows(
-    cell: Any, start: Any, periods: int, method: str = "exact", settings: Settings | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def run_cell_rows(cell, start, periods, method="exact", settings=None):
     """Follow a damper between two walls from (x1, v1, r, s); return section and impact rows."""
     state = np.zeros(STATE_SIZE)
     state[:4] = start
@@ -192,18 +179,13 @@ def run_cell_rows(
     return section, impacts.data[: impacts.filled[0]]
 
 
-def follow_ssbl(
-    numbers: Mapping[str, float],
-    periods: int,
-    method: str = "exact",
-    settings: Settings | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+def follow_ssbl(numbers, periods, method="exact", settings=None):
     """Follow an SSbl damper from rest, whether or not the package has a scene of that name."""
     cell = kernel_cell(**numbers, near=numbers["D"], far=numbers["C"], rest=numbers["D"])
     return run_cell_rows(cell, np.zeros(4), periods, method, settings)
 
 
-def period_map(flow: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+def period_map(flow, y):
     """Return the state a period after y (4,), and its derivative (4, 4)."""
     state, tangent = variations.new_state(), np.zeros(16)
     variations.place_state(flow, np.asarray(y, float), state)
@@ -213,7 +195,7 @@ def period_map(flow: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
-def linear_flow(p: Mapping[str, float]) -> np.ndarray:
+def linear_flow(p):
     """Return the matrix of (x1, v1, x2 - rest, v2, cos, sin)' without contact."""
     m1, m2, k2, c2 = p["m1"], p["m2"], p["k2"], p["c2"]
     flow = np.zeros((6, 6))
@@ -224,7 +206,7 @@ def linear_flow(p: Mapping[str, float]) -> np.ndarray:
     return flow
 
 
-def amplitudes(p: Mapping[str, float]) -> np.ndarray:
+def amplitudes(p):
     """Return the complex amplitudes of x1 and x2 - rest, of x = Re(X e^(i omega t))."""
     w = p["omega"]
     impedance = np.array([[p["k1"] - p["m1"] * w**2 + 1j * w * p["c1"]]])
@@ -237,7 +219,7 @@ def amplitudes(p: Mapping[str, float]) -> np.ndarray:
     return np.linalg.solve(impedance, force)
 
 
-def steady_state(p: Mapping[str, float], rest: float = 0.0) -> np.ndarray:
+def steady_state(p, rest=0.0):
     """Return (x1, v1, x2, v2) at phase zero, the first two without a damper."""
     state = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
     if len(state) == 4:
@@ -245,13 +227,13 @@ def steady_state(p: Mapping[str, float], rest: float = 0.0) -> np.ndarray:
     return state
 
 
-def shortening(p: Mapping[str, float]) -> float:
+def shortening(p):
     """Return the amplitude of r = x1 - x2 + rest of the impact-free response."""
     X = amplitudes(p)
     return abs(X[0] - X[1])
 
 
-def bits() -> dict[str, np.ndarray]:
+def bits():
     """Return short runs of both methods: what must not depend on compilation, to the last bit.
 
     The SSul runs hold short impacts, stepped ones and a section inside a contact.
@@ -273,12 +255,12 @@ def bits() -> dict[str, np.ndarray]:
     return digests
 
 
-def fitted_order(errors: Any, resolutions: Any) -> float:
+def fitted_order(errors, resolutions):
     """Return the order p of errors ~ resolution^-p, by least squares."""
     return -float(np.polyfit(np.log(resolutions), np.log(errors), 1)[0])
 
 
-def counts_by_period(touches: np.ndarray, omega: float, periods: int) -> np.ndarray:
+def counts_by_period(touches, omega, periods):
     """Return how many touches lie before t = T, 2T, ..."""
     ends = 2 * np.pi / omega * np.arange(1, periods + 1)
     return np.searchsorted(np.sort(touches), ends)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from layout import collisions
 from matplotlib.colors import to_hex
-from test_picture import archive_of, faces, legend_of
+from test_picture import archive_of, columns, faces, legend_of
 
 import nlds_vines as nv
 from nlds_vines.archives import archive
@@ -138,11 +138,8 @@ BOUNDED = {
 
 @pytest.fixture
 def modulated(tmp_path):
-    def codes(name, array):
-        if name == "capture":
-            array[...] = (np.arange(array.shape[0]) % 5 - 1)[:, np.newaxis, np.newaxis]
-
-    return archive_of(tmp_path / "map.h5", ["modulation"], BOUNDED, "vi-nes", fill=codes)
+    codes = columns(np.arange(9) % 5 - 1)
+    return archive_of(tmp_path / "map.h5", ["modulation"], BOUNDED, "vi-nes", capture=codes)
 
 
 def test_each_kind_of_modulation_has_a_color_and_a_word(modulated):

@@ -1,5 +1,6 @@
 """Pictures: drawn from the archive alone, labeled, named without overlaps, repeatable."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from layout import collisions
 from matplotlib.collections import PolyCollection, QuadMesh
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -21,7 +22,7 @@ from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
-from nlds_vines.plotting.page import page_of
+from nlds_vines.plotting.page import TWO_COLUMNS, page_of
 from scans import archived, scan_of, unfilled
 
 WINDOWS = (
@@ -34,6 +35,8 @@ MAP = {
     "P": {"start": 600.0, "stop": 1000.0, "num": 20},
 }
 USUAL = ("section", "impacts", "energy", "regime")
+BOTH = {"policy": "both"}
+THREE, FOUR = ({"policy": "random", "count": count, "seed": 1} for count in (3, 4))
 
 
 def regime(omega):
@@ -44,8 +47,8 @@ CHAOS_OF_ARCHIVE = "chaos (for 3013 T)"
 """What a legend says of chaos in `archive_of`: 1 + 12 periods, and 3000 of the standard effort."""
 
 
-def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fill=None):
-    """Write an archive of made-up results that look like those of Figure 8."""
+def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, **values):
+    """Write an archive of made-up results like those of Figure 8, with these values by dataset."""
     scan = scan_of(
         system, want, vary, start or "rest", "a test of pictures", transient=1, periods=12
     )
@@ -53,25 +56,15 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
     omega = scan.axes[0].values
     for name, array in arrays.items():
         along = omega.reshape((-1,) + (1,) * (array.ndim - 1))
-        if name == "label":
-            array[...] = np.vectorize(regime, otypes=[object])(along)
-        elif array.dtype == np.float64:
-            array[...] = np.cos(along) + np.arange(array.shape[-1]) / 10
-        if fill is not None:
-            fill(name, array)
-    if "regime" in arrays:
-        arrays["regime"][...] = FLAGS["periodic"]
-    return archived(path, scan, arrays)
-
-
-def filled_with(**values):
-    """Return a `fill` that gives datasets these values."""
-
-    def fill(name, array):
         if name in values:
             array[...] = values[name]
-
-    return fill
+        elif name == "label":
+            array[...] = np.vectorize(regime, otypes=[object])(along)
+        elif name == "regime":
+            array[...] = FLAGS["periodic"]
+        elif array.dtype == np.float64:
+            array[...] = np.cos(along) + np.arange(array.shape[-1]) / 10
+    return archived(path, scan, arrays)
 
 
 def columns(values):
@@ -84,13 +77,39 @@ def usual(tmp_path_factory):
     return archive_of(tmp_path_factory.mktemp("figures") / "usual.h5")
 
 
-def drawn(path):
+def drawn(path, show=None, page=TWO_COLUMNS):
     with read(path) as view:
-        return PICTURE.figure(view)
+        return PICTURE.figure(view, show, page)
+
+
+@pytest.fixture
+def picture(tmp_path):
+    """Return a function that draws an archive of made-up results."""
+
+    def draw(want=USUAL, vary=OMEGA, show=None, **options):
+        number = len(list(tmp_path.iterdir()))
+        return drawn(archive_of(tmp_path / f"{number}.h5", want, vary, **options), show)
+
+    return draw
 
 
 def texts(axes):
     return [text.get_text() for text in axes.texts]
+
+
+def legend_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def mesh_of(axes):
+    """Return the cells of a map, without what is hatched."""
+    return next(mesh for mesh in axes.collections if isinstance(mesh, QuadMesh))
+
+
+def faces(axes, row=0):
+    """Return the colors of the cells in a row of a map."""
+    mesh = mesh_of(axes)
+    return [to_hex(face) for face in mesh.to_rgba(mesh.get_array())[row]]
 
 
 def strips(figure):
@@ -114,7 +133,7 @@ def test_figure_8_has_panels_symbols_units_and_colors_and_the_dots_of_the_archiv
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
     # the dots are those of the archive
     with read(usual) as view:
-        for panel, component in ((figure.axes[0], 2), (figure.axes[1], 0)):
+        for panel, component in ((damper, 2), (structure, 0)):
             (cloud,) = panel.get_lines()
             expected = view.take("section", start=0, component=component)
             np.testing.assert_array_equal(cloud.get_ydata(), expected.ravel())
@@ -135,11 +154,9 @@ def test_regimes_are_named_without_overlaps_and_gaps_in_knowledge_are_hatched(us
     assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
     assert all(box.y1 <= figure.bbox.y1 for box in boxes)
     # gaps in knowledge look like gaps
-    patches = strips(drawn(usual))[0].patches
-    hatched = [patch for patch in patches if patch.get_hatch()]
-    assert len(patches) == len(WINDOWS)
-    assert len(hatched) == 1
-    assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
+    assert len(strip.patches) == len(WINDOWS)
+    (gap,) = [patch for patch in strip.patches if patch.get_hatch()]
+    assert gap.get_x() == pytest.approx(7.50, abs=0.02)
 
 
 def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch):
@@ -156,32 +173,25 @@ def test_names_are_measured_once_and_only_where_one_may_stand_inside(monkeypatch
     assert sorted(measured) == ["T,0", "T,1"]
 
 
-def test_random_starts_have_the_colors_of_the_attractors_that_they_are_on(tmp_path):
+def test_random_starts_have_the_colors_of_the_attractors_that_they_are_on(picture):
     labels = np.repeat([[regime(omega)] for omega in np.linspace(5.0, 8.0, 151)], 3, axis=1)
     labels[:, 1] = "T,0"
-    start = {"policy": "random", "count": 3, "seed": 1}
-    path = archive_of(tmp_path / "r.h5", start=start, fill=filled_with(label=labels))
-    figure = drawn(path)
+    figure = picture(start=THREE, label=labels)
     _, structure, energy = figure.axes[:3]
     words = ["T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", "chaos", "undetermined"]
     assert [line.get_color() for line in structure.get_lines()] == [
         palette.ink_of(word) for word in words
     ]
     assert len(energy.get_lines()) == len(words)
-    legend = [text.get_text() for text in energy.get_legend().get_texts()]
-    assert legend == [*words[:6], CHAOS_OF_ARCHIVE, "undetermined"]
+    assert legend_of(energy) == [*words[:6], CHAOS_OF_ARCHIVE, "undetermined"]
     (strip,) = strips(figure)  # one, in which each cell shows all of its starts
     heights = {round(patch.get_height(), 3) for patch in strip.patches}
     assert heights == {round(1 / 3, 3)}
 
 
-def test_rest_up_and_down_have_three_colors(tmp_path):
-    colors = {
-        drawn(archive_of(tmp_path / f"{policy}.h5", start={"policy": policy}))
-        .axes[0].get_lines()[0].get_color()
-        for policy in ("rest", "up", "down")
-    }  # fmt: skip
-    assert len(colors) == 3
+def test_rest_up_and_down_have_three_colors(picture):
+    figures = [picture(start={"policy": policy}) for policy in ("rest", "up", "down")]
+    assert len({figure.axes[0].get_lines()[0].get_color() for figure in figures}) == 3
 
 
 @pytest.mark.parametrize(
@@ -194,17 +204,16 @@ def test_rest_up_and_down_have_three_colors(tmp_path):
         ("ssul-set6", ["regime"], ["period $n$"]),
     ],
 )
-def test_whatever_is_recorded_is_drawn(tmp_path, system, want, panels):
-    figure = drawn(archive_of(tmp_path / "x.h5", want, system=system))
+def test_whatever_is_recorded_is_drawn(picture, system, want, panels):
+    figure = picture(want, system=system)
     labels = [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
     assert len(labels) == len(panels)
     for label, expected in zip(labels, panels, strict=True):
         assert label.startswith(expected)
 
 
-def test_a_single_value_is_a_diagram_too(tmp_path):
-    figure = drawn(archive_of(tmp_path / "x.h5", vary={"omega": {"values": [6.0]}}))
-    assert named(figure) == ["T,1"]
+def test_a_single_value_is_a_diagram_too(picture):
+    assert named(picture(vary={"omega": [6.0]})) == ["T,1"]
 
 
 def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
@@ -212,36 +221,27 @@ def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
     figure = drawn(path)
     (axes,) = figure.axes
     assert figure.texts[-1].get_text() == "a test of pictures"
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    legend = legend_of(axes)
     assert legend == [
         *("T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", CHAOS_OF_ARCHIVE, "undetermined")
     ]  # fmt: skip
     assert axes.get_xlabel().endswith(r"$\omega$ [rad/s]")
     assert axes.get_ylabel() == "amplitude of the force $P$ [N]"
-    mesh = mesh_of(axes)
-    assert mesh.get_array().shape == (20, 30)
+    assert mesh_of(axes).get_array().shape == (20, 30)
     colors = palette.colors("chaos" if name == CHAOS_OF_ARCHIVE else name for name in legend)
     with read(path) as view:
         labels = view.take("label", start=0)
-    faces = mesh.to_rgba(mesh.get_array()).reshape(20, 30, 4)
-    for place in ((0, 0), (12, 3), (29, 19)):
-        hexed = "#" + "".join(f"{round(255 * c):02x}" for c in faces[place[::-1]][:3])
-        assert hexed == colors[labels[place]]
+    for i, j in ((0, 0), (12, 3), (29, 19)):
+        assert faces(axes, j)[i] == colors[labels[i, j]]
 
 
-def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
-    start = {"policy": "random", "count": 2, "seed": 1}
-    figure = drawn(archive_of(tmp_path / "m.h5", ["energy"], MAP, start=start))
+def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(picture):
+    figure = picture(["energy"], MAP, start={"policy": "random", "count": 2, "seed": 1})
     axes, bar = figure.axes
     assert bar.get_ylabel().startswith("energy of the structure")
     assert bar.get_ylabel().endswith("largest of 2 starts")
     assert figure.texts[0].get_text().endswith("; 2 starts")
     assert axes.collections[0].get_array().shape == (20, 30)
-
-
-def mesh_of(axes):
-    """Return the cells of a map, without what is hatched."""
-    return next(mesh for mesh in axes.collections if isinstance(mesh, QuadMesh))
 
 
 def hatched(axes):
@@ -256,14 +256,11 @@ LIMITED = {
 }
 
 
-def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_path):
+def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(picture):
     violations = np.zeros((30, 20, 1), int)
     violations[3:5, 7] = 2
-    fill = filled_with(violations=violations)
-    drawn_kept = drawn(archive_of(tmp_path / "kept.h5", ["energy"], MAP, system="ssul-set6"))
-    assert drawn_kept.axes[0].get_legend() is None
-    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, system=LIMITED, fill=fill)
-    axes = drawn(path).axes[0]
+    assert picture(["energy"], MAP).axes[0].get_legend() is None
+    axes = picture(["energy"], MAP, system=LIMITED, violations=violations).axes[0]
     assert legend_of(axes) == ["passes the limit"]
     (cells,) = [item for item in axes.collections if isinstance(item, PolyCollection)]
     assert hatched(axes) == {palette.PASSED: 1}
@@ -274,7 +271,6 @@ def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_pat
     assert corners[:, 1].min() == pytest.approx((force[6] + force[7]) / 2)
 
 
-FOUR = {"policy": "random", "count": 4, "seed": 1}
 LATE = "transient chaos to T,0"
 
 
@@ -290,24 +286,9 @@ def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
     settling = np.tile(np.arange(1, 5), (30, 20, 1))
     settling[27:, :, 1] = -1
     exponents = columns(np.linspace(-0.3, 0.2, 30))
-    fill = filled_with(label=labels, settling=settling, lyapunov=exponents)
-    return archive_of(path, want, MAP, start=FOUR, fill=fill)
-
-
-def shown(path, what):
-    with read(path) as view:
-        return PICTURE.figure(view, what)
-
-
-def legend_of(axes):
-    return [text.get_text() for text in axes.get_legend().get_texts()]
-
-
-def faces(axes):
-    """Return the colors of the cells of a map as hex strings, one of each column."""
-    mesh = mesh_of(axes)
-    rows = mesh.to_rgba(mesh.get_array())[0]
-    return ["#" + "".join(f"{round(255 * c):02x}" for c in face[:3]) for face in rows]
+    return archive_of(
+        path, want, MAP, start=FOUR, label=labels, settling=settling, lyapunov=exponents
+    )
 
 
 @pytest.fixture(scope="module")
@@ -332,41 +313,37 @@ def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coe
 
 def test_maps_of_several_starts_show_coexistence_shares_settling_and_exponents(four):
     # coexistence alone is a panel of its own
-    (axes,) = shown(four, "coexisting").axes
+    (axes,) = drawn(four, "coexisting").axes
     assert legend_of(axes) == ["none known", "1", "2", "3"]
     # a share goes from none to all
-    axes, bar = shown(four, "share:T,0").axes
+    axes, bar = drawn(four, "share:T,0").axes
     (mesh,) = axes.collections
     assert [mesh.get_array()[0, i] for i in (0, 9, 18, 29)] == [0.0, 0.75, 0.5, 0.0]
     assert mesh.get_clim() == (0.0, 1.0)
     assert bar.get_ylabel() == "share of 4 starts in T,0"
-    one = shown(four, f"share:{LATE}").axes[0].collections[0].get_array()
+    one = drawn(four, f"share:{LATE}").axes[0].collections[0].get_array()
     assert (one[0, 9], one[0, 18]) == (0.25, 0.0)
     # shares stand side by side, the most frequent first
-    figure = shown(four, "shares")
+    figure = drawn(four, "shares")
     titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
     assert titles[:2] == ["T,0", "T,1"]
     assert set(titles) == {"T,0", "T,1", "2T,1", "9T,6", "chaos"}
-    figure.draw_without_rendering()
-    boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes if axes.axison]
-    assert all(box.x0 >= 0 and box.x1 <= figure.bbox.x1 for box in boxes)
-    assert all(box.y0 >= 0 and box.y1 <= figure.bbox.y1 for box in boxes)
     # settling is the largest of all starts, and black where one never did
-    axes = shown(four, "settling").axes[0]
+    axes = drawn(four, "settling").axes[0]
     mesh, cover = axes.collections
     assert mesh.get_array()[0, 0] == 4
     np.testing.assert_array_equal(mesh.get_array().mask[0], [False] * 27 + [True] * 3)
     np.testing.assert_array_equal(cover.get_array().mask[0], [True] * 27 + [False] * 3)
     assert legend_of(axes) == ["not settled, or no orbit to settle on"]
     # exponents are white at zero
-    (mesh,) = shown(four, "lyapunov").axes[0].collections
+    (mesh,) = drawn(four, "lyapunov").axes[0].collections
     assert lightness(mesh, 0.0) > 0.95
     assert mesh.norm.vmin < 0 < mesh.norm.vmax
 
 
-def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_found(tmp_path):
-    fill = filled_with(periodicity=columns(np.repeat([1, 3, 40, 0], [9, 9, 9, 3])))
-    axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "periodicity").axes
+def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_found(picture):
+    periods = columns(np.repeat([1, 3, 40, 0], [9, 9, 9, 3]))
+    axes, bar = picture(["regime"], MAP, "periodicity", periodicity=periods).axes
     mesh = mesh_of(axes)
     assert [faces(axes)[i] for i in (0, 9, 18)] == [palette.RAMP[i] for i in (0, 2, -1)]
     assert mesh.get_array().mask[0].tolist() == [False] * 27 + [True] * 3
@@ -380,12 +357,9 @@ def lightness(mesh, value):
     return float(np.dot(mesh.cmap(mesh.norm(value))[:3], (0.299, 0.587, 0.114)))
 
 
-def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
-    both_signs, one_sign = (
-        filled_with(reduction=columns(np.linspace(low, 0.9, 30))) for low in (-3.0, 0.1)
-    )
-    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=both_signs)
-    axes, bar = shown(path, "reduction").axes
+def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(picture):
+    both_signs, one_sign = (columns(np.linspace(low, 0.9, 30)) for low in (-3.0, 0.1))
+    axes, bar = picture(["energy"], MAP, "reduction", reduction=both_signs).axes
     mesh = mesh_of(axes)
     assert isinstance(mesh.norm, Normalize)
     low, high = mesh.get_clim()
@@ -395,35 +369,34 @@ def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
     assert lightness(mesh, -high) < lightness(mesh, 0.0)
     assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in gray
     assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
-    path = archive_of(tmp_path / "n.h5", ["energy"], MAP, fill=one_sign)
-    axes, bar = shown(path, "reduction").axes
-    mesh = mesh_of(axes)
-    assert mesh.get_clim()[0] == 0.0  # of one sign, half of the shades: zero is where they begin
+    axes, bar = picture(["energy"], MAP, "reduction", reduction=one_sign).axes
+    assert (
+        mesh_of(axes).get_clim()[0] == 0.0
+    )  # of one sign, half of the shades: zero is where they begin
     assert not bar.get_lines()
 
 
 def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_otherwise(tmp_path):
     many, few = columns(np.geomspace(1.0, 500.0, 30)), columns(np.linspace(2.0, 3.0, 30))
-    fill = filled_with(E1max=many, E2max=few)
-    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, E1max=many, E2max=few)
     for show, norm in (
         ("E1max", LogNorm), ("log:E1max", LogNorm), ("linear:E1max", Normalize),
         ("E2max", Normalize), ("log:E2max", LogNorm),
     ):  # fmt: skip
-        axes, bar = shown(path, show).axes
+        axes, bar = drawn(path, show).axes
         assert type(mesh_of(axes).norm) is norm, show
         low, high = bar.get_ylim()
         assert sum(low <= tick <= high for tick in bar.get_yticks()) >= 3
     with pytest.raises(RequestError, match="unknown show 'E9max'; did you mean"):
-        shown(path, "log:E9max")
+        drawn(path, "log:E9max")
     with pytest.raises(RequestError, match="it takes numbers above 0"):
-        shown(path, "log:reduction")
+        drawn(path, "log:reduction")
 
 
-def test_a_curve_joins_no_two_regimes(tmp_path):
+def test_a_curve_joins_no_two_regimes(picture):
     labels = np.repeat(["T,1", "3T,2", "T,1", "chaos", "T,1"], [20, 10, 10, 1, 110])
-    fill = filled_with(label=labels[:, np.newaxis], E1max=np.arange(151.0)[:, np.newaxis])
-    figure = drawn(archive_of(tmp_path / "m.h5", ["section", "energy", "regime"], fill=fill))
+    values = {"label": labels[:, np.newaxis], "E1max": np.arange(151.0)[:, np.newaxis]}
+    figure = picture(["section", "energy", "regime"], **values)
     (green,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("energy")]
     curve, dots = green.get_lines()
     finite = np.isfinite(curve.get_ydata())
@@ -432,15 +405,13 @@ def test_a_curve_joins_no_two_regimes(tmp_path):
     assert dots.get_ydata().tolist() == [40.0]
 
 
-def test_names_that_would_stand_far_from_their_bands_are_in_the_legend(tmp_path):
+def test_names_that_would_stand_far_from_their_bands_are_in_the_legend(picture):
     labels = np.full((151, 1), "T,1", object)
     labels[20:50, 0] = [f"{2 + n % 4}T,{n}" for n in range(30)]
-    path = archive_of(tmp_path / "m.h5", ["section", "regime"], fill=filled_with(label=labels))
-    figure = drawn(path)
-    (strip,) = strips(figure)
-    named, rest = set(texts(strip)), set(legend_of(figure.axes[-2]) or legend_of(figure.axes[-1]))
-    assert not named & rest
-    assert {"T,1"} < named
+    figure = picture(["section", "regime"], label=labels)
+    inside, rest = set(named(figure)), set(legend_of(figure.axes[-2]))
+    assert not inside & rest
+    assert {"T,1"} < inside
     assert any(word.startswith("and ") for word in rest)
 
 
@@ -460,17 +431,16 @@ def test_dots_that_cover_a_panel_many_times_shine_through():
     assert few.get_markersize() > many.get_markersize()
 
 
-def test_long_periods_share_a_name_on_a_map(tmp_path):
-    words = ["T,1", "9T,6", "36T,28", "T,1"]
-    fill = filled_with(label=columns(np.repeat(np.array(words, object), [3, 6, 3, 18])))
-    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill)).axes
+def test_long_periods_share_a_name_on_a_map(picture):
+    words = np.array(["T,1", "9T,6", "36T,28", "T,1"], object)
+    (axes,) = picture(["regime"], MAP, label=columns(np.repeat(words, [3, 6, 3, 18]))).axes
     assert legend_of(axes) == ["T,1", "6T and longer"]
     assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
 
 
-def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_path):
-    vary = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}, "P": {"values": [600.0, 800.0]}}
-    figure = drawn(archive_of(tmp_path / "m.h5", USUAL, vary))
+def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(picture):
+    vary = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}, "P": [600.0, 800.0]}
+    figure = picture(vary=vary)
     assert not any(isinstance(item, QuadMesh) for axes in figure.axes for item in axes.collections)
     one, other, energy = figure.axes[:3]
     assert one.get_ylabel() == other.get_ylabel() == "damper $x_2$ [m]"
@@ -483,25 +453,25 @@ def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_pat
     assert [texts(strip)[-1] for strip in strips(figure)] == ["$P=600$ N", "$P=800$ N"]
 
 
-def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(tmp_path):
-    vary = {"omega": [5.0, 6.0, 7.0, 7.5, 8.0], "P": {"values": [600.0, 800.0]}}
-    path = archive_of(tmp_path / "s.h5", ["energy"], vary, start={"policy": "both"})
-    energy = next(axes for axes in drawn(path).axes if axes.get_legend())
+def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(picture):
+    vary = {"omega": [5.0, 6.0, 7.0, 7.5, 8.0], "P": [600.0, 800.0]}
+    figure = picture(["energy"], vary, start=BOTH)
+    energy = next(axes for axes in figure.axes if axes.get_legend())
     assert legend_of(energy) == ["$P=600$ N", "$P=800$ N", "up", "down"]
     rings = [str(line.get_markerfacecolor()) == "none" for line in energy.get_lines()]
     assert rings == [False, True, False, True]
 
 
-def test_equal_energies_alone_are_no_common_orbit(tmp_path):
-    fill = filled_with(**dict.fromkeys(("E1max", "E2max", "reduction"), np.arange(151.0)[:, None]))
-    path = archive_of(tmp_path / "e.h5", ["energy"], start={"policy": "both"}, fill=fill)
-    names = [name for axes in drawn(path).axes if axes.get_legend() for name in legend_of(axes)]
+def test_equal_energies_alone_are_no_common_orbit(picture):
+    equal = dict.fromkeys(("E1max", "E2max", "reduction"), np.arange(151.0)[:, None])
+    figure = picture(["energy"], start=BOTH, **equal)
+    names = [name for axes in figure.axes if axes.get_legend() for name in legend_of(axes)]
     assert "up and down: equal values" in names
     assert "up and down alike" not in names
 
 
-def test_the_cells_of_a_map_end_where_the_values_end_and_have_the_width_of_the_page(tmp_path):
-    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP)).axes
+def test_the_cells_of_a_map_end_where_the_values_end_and_have_the_width_of_the_page(picture):
+    (axes,) = picture(["regime"], MAP).axes
     assert (axes.get_xlim(), axes.get_ylim()) == ((7.0, 8.0), (600.0, 1000.0))
     corners = mesh_of(axes).get_coordinates()
     assert (corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist()) == (
@@ -512,40 +482,36 @@ def test_the_cells_of_a_map_end_where_the_values_end_and_have_the_width_of_the_p
     assert legend.y1 < axes.get_window_extent().y0
 
 
-def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
+def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(picture):
     stiffnesses = {"start": 1e5, "stop": 1e9, "num": 9, "scale": "log"}
     vary = {"omega": {"start": 7.0, "stop": 8.0, "num": 9}, "K": stiffnesses}
-    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
+    (axes,) = picture(["regime"], vary).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
     assert axes.get_ylim() == (1e5, 1e9)
-    figure = drawn(archive_of(tmp_path / "d.h5", ("section", "energy"), {"K": vary["K"]}))
-    assert figure.axes[0].get_xscale() == "log"
+    diagram = picture(("section", "energy"), {"K": vary["K"]})
+    assert diagram.axes[0].get_xscale() == "log"
     assert axes.get_ylabel().endswith("[N/m$^{3/2}$]")
 
 
-def test_what_a_map_or_a_diagram_cannot_show_is_refused(four, usual, tmp_path):
-    for what, message in (
-        ("E1max", "not recorded"),
-        ("shadows", "did you mean 'shares'"),
+def test_what_a_map_or_a_diagram_cannot_show_is_refused(four, usual, picture, tmp_path, error_of):
+    for path, what, message in (
+        (four, "E1max", "not recorded"),
+        (four, "shadows", "did you mean 'shares'"),
+        (usual, "shares", "vary two"),
+        (usual, "x1,x3", "unknown show 'x3'; did you mean 'x"),
     ):
-        with pytest.raises(RequestError, match=message):
-            PICTURE.save(four, tmp_path / "a.png", what)
-    with pytest.raises(RequestError, match="vary two"):
-        PICTURE.save(usual, tmp_path / "a.png", "shares")
-    with pytest.raises(RequestError, match="unknown show 'x3'; did you mean 'x"):
-        PICTURE.save(usual, tmp_path / "a.png", "x1,x3")
+        assert message in error_of(PICTURE.save, path, tmp_path / "a.png", what)
     assert list(tmp_path.iterdir()) == []
-    path = archive_of(tmp_path / "m.h5", ["section"], MAP)
-    with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
-        PICTURE.save(path, tmp_path / "m.png")
-    unknown = filled_with(label="undetermined")
-    path = archive_of(tmp_path / "n.h5", ["regime"], MAP, start=FOUR, fill=unknown)
-    with pytest.raises(RequestError, match="no start ended in a known regime"):
-        shown(path, "shares")
+    line = error_of(picture, ["section"], MAP)
+    assert re.search("holds only .*section.*: nothing to draw", line)
+    unknown = {"start": FOUR, "label": "undetermined"}
+    assert "no start ended in a known regime" in error_of(
+        picture, ["regime"], MAP, "shares", **unknown
+    )
 
 
-SWEPT = {"start": {"policy": "both"}}
-FEW = {"omega": OMEGA["omega"], "P": {"values": [600.0, 800.0, 1000.0]}}
+FEW = {**OMEGA, "P": [600.0, 800.0, 1000.0]}
+RISING = columns(np.linspace(0.01, 1.0, 30))
 
 
 @pytest.mark.parametrize("columns", [1, 2])
@@ -553,26 +519,26 @@ FEW = {"omega": OMEGA["omega"], "P": {"values": [600.0, 800.0, 1000.0]}}
     ("want", "options", "shows"),
     [
         (USUAL, {}, [None, "regimes", "reduction,impact_rate"]),
-        ((*USUAL, "lyapunov"), SWEPT, [None]),
-        (USUAL, {"start": {"policy": "random", "count": 3, "seed": 1}}, [None]),
+        ((*USUAL, "lyapunov"), {"start": BOTH}, [None]),
+        (USUAL, {"start": THREE}, [None]),
         (USUAL, {"vary": FEW}, [None]),
-        (("energy", "regime"), {"vary": MAP}, [None, "reduction", "log:E1max", "periodicity"]),
-        (("energy",), {"vary": MAP, "system": LIMITED}, ["E1max"]),
-        (("regime", "settling"), {"vary": MAP, "start": FOUR}, [None, "shares", "settling"]),
+        (
+            ("energy", "regime"),
+            {"vary": MAP, "E1max": RISING, "reduction": RISING},
+            [None, "reduction", "log:E1max", "periodicity"],
+        ),
+        (("energy",), {"vary": MAP, "system": LIMITED, "E1max": RISING}, ["E1max"]),
+        (
+            ("regime", "settling"),
+            {"vary": MAP, "start": FOUR, "settling": [-1, 4, 40, 400]},
+            [None, "shares", "settling"],
+        ),
     ],
 )
 def test_no_text_is_cut_and_none_lies_over_another(tmp_path, want, options, shows, columns):
-    def fill(name, array):
-        if name in ("E1max", "reduction"):
-            array[...] = np.linspace(0.01, 1.0, array.size).reshape(array.shape)
-        elif name == "settling":
-            array[..., 0] = -1
-
-    path = archive_of(tmp_path / "x.h5", want, fill=fill, **options)
+    path = archive_of(tmp_path / "x.h5", want, **options)
     for show in shows:
-        with read(path) as view:
-            figure = PICTURE.figure(view, show, page_of(columns))
-        assert collisions(figure) == []
+        assert collisions(drawn(path, show, page_of(columns))) == []
 
 
 def test_an_overlap_and_a_cut_text_are_noticed():
@@ -583,11 +549,10 @@ def test_an_overlap_and_a_cut_text_are_noticed():
     assert collisions(figure) == ["'too long for it' is cut", "'one' lies over 'other'"]
 
 
-def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(tmp_path):
+def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(picture):
     labels = [[regime(omega), "3T,3"] for omega in np.linspace(5.0, 8.0, 151)]
     labels[75:] = [[up, "3T,2"] for up, _ in labels[75:]]
-    want, fill = ("section", "regime", "lyapunov"), filled_with(label=labels)
-    figure = drawn(archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill))
+    figure = picture(("section", "regime", "lyapunov"), start=BOTH, label=labels)
     damper, structure, exponent, up, down = figure.axes  # without energies there is no other panel
     assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
     assert up.get_position().y0 > down.get_position().y1 > structure.get_position().y1
@@ -615,16 +580,10 @@ def test_both_sweeps_have_a_strip_and_a_color_each_and_one_color_is_one_regime(t
 )
 def test_sweeps_on_two_orbits_with_equal_numbers_are_not_alike(want, tmp_path):
     """In the first 20 cells the sweeps are T,0 and T,2: everywhere with the same numbers."""
-
-    def fill(name, array):
-        if name in ("label", "impact_count", "periodicity"):
-            words = {"label": ("T,0", "T,2"), "impact_count": (0, 2), "periodicity": (1, 1)}[name]
-            array[...] = words[0]
-            array[:20, 1] = words[1]
-        elif array.dtype == np.float64:
-            array[:, 1] = array[:, 0]
-
-    path = archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill)
+    differ = np.arange(151)[:, np.newaxis] + [20, 0] < 20  # in the sweep down alone
+    values = dict.fromkeys(("section", "impact_rate", "E1max", "E2max", "reduction"), 0.5)
+    values |= {"label": np.where(differ, "T,2", "T,0"), "impact_count": 2 * differ}
+    path = archive_of(tmp_path / "b.h5", want, start=BOTH, periodicity=1, **values)
     with read(path) as view:
         both, up, down = looks_of(Slice(view, "omega"), np.zeros((151, 2, 1)))
     assert [look.name for look in (both, up, down)] == ["up and down alike", "up", "down"]
@@ -632,7 +591,7 @@ def test_sweeps_on_two_orbits_with_equal_numbers_are_not_alike(want, tmp_path):
 
 
 def test_without_orbits_the_numbers_that_are_drawn_decide_what_is_alike(tmp_path):
-    path = archive_of(tmp_path / "b.h5", ["response"], start={"policy": "both"})
+    path = archive_of(tmp_path / "b.h5", ["response"], start=BOTH)
     numbers = np.zeros((151, 2, 1))
     numbers[:20, 1] = 1.0
     with read(path) as view:
@@ -641,11 +600,10 @@ def test_without_orbits_the_numbers_that_are_drawn_decide_what_is_alike(tmp_path
     assert both.which.sum() == 131
 
 
-def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
+def test_exponents_stand_on_a_line_at_zero_with_their_intervals(picture):
     exponents = np.linspace(-0.2, 0.1, 151)[:, np.newaxis]
     exponents[3] = np.nan
-    fill = filled_with(lyapunov=exponents, lyapunov_width=0.02)
-    (axes,) = drawn(archive_of(tmp_path / "x.h5", ["lyapunov"], fill=fill)).axes
+    (axes,) = picture(["lyapunov"], lyapunov=exponents, lyapunov_width=0.02).axes
     zero, dots = axes.get_lines()
     assert zero.get_ydata() == [0.0, 0.0]
     assert dots.get_ydata().size == 150
@@ -665,23 +623,20 @@ def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
     assert scan_hash.encode() in content
     assert content == second.read_bytes()
     assert sorted(file.name for file in tmp_path.iterdir()) == [first.name, second.name]
+    if form == "png":  # of 200 dots per inch
+        with Image.open(first) as image:
+            assert image.info["scan_hash"] == scan_hash
+            assert image.size[0] == pytest.approx(16 / 2.54 * 200, abs=1)
+    assert (b"/Subtype /Image" in content) == (form == "pdf")  # its dots are an image
 
 
-def test_a_png_has_200_dots_per_inch_and_the_dots_of_a_pdf_are_an_image(tmp_path, usual):
-    with Image.open(PICTURE.save(usual, tmp_path / "a.png")) as picture:
-        assert picture.info["scan_hash"]
-        assert picture.size[0] == pytest.approx(16 / 2.54 * 200, abs=1)
-    content = PICTURE.save(usual, tmp_path / "a.pdf").read_bytes()
-    assert b"/Subtype /Image" in content
-
-
-def test_bad_requests_and_an_interrupt_leave_nothing_behind(tmp_path, usual, monkeypatch):
-    with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
-        PICTURE.save(usual, tmp_path / "a.gif")
-    with pytest.raises(RequestError, match="cannot write"):
-        PICTURE.save(usual, tmp_path / "nowhere" / "a.png")
-    with pytest.raises(RequestError, match="no such file"):
-        PICTURE.save(tmp_path / "absent.h5", tmp_path / "a.png")
+def test_bad_requests_and_an_interrupt_leave_nothing_behind(tmp_path, usual, monkeypatch, error_of):
+    for path, file, message in (
+        (usual, "a.gif", ".png, .pdf, .svg"),
+        (usual, "nowhere/a.png", "cannot write"),
+        (tmp_path / "absent.h5", "a.png", "no such file"),
+    ):
+        assert message in error_of(PICTURE.save, path, tmp_path / file)
     assert list(tmp_path.iterdir()) == []
     # an interrupted picture leaves the old one
     old = tmp_path / "a.png"

@@ -22,15 +22,13 @@ MU = 1.0 + sqrt(6.0)
 
 @dataclass
 class Map:
-    """A map y -> f(y, p) of `size` numbers, with its derivatives by y, and by p.
+    """A map y -> f(y, p) of `size` numbers, a polynomial, with its derivatives by y and p.
 
     `touch`, if there is one, returns how deep a state goes into a wall: there is an impact where it
     is positive.
     """
 
     f: object
-    by_y: object
-    by_p: object
     size: int = 1
     touch: object = None
     laws: tuple = ()
@@ -53,11 +51,12 @@ class Map:
         y, p = place[: self.size].copy(), float(place[-1])
         matrix, slope, points, depths = np.eye(self.size), np.zeros(self.size), [], []
         for _ in range(n):
-            A = np.atleast_2d(np.asarray(self.by_y(y, p), dtype=float))
-            matrix = A @ matrix
-            slope = A @ slope + np.atleast_1d(np.asarray(self.by_p(y, p), dtype=float))
+            aside = np.append(y, p)[:, np.newaxis] + 1e-100j * np.eye(self.size + 1)
+            images = np.array(np.broadcast_arrays(*self.f(aside[:-1], aside[-1])))
+            A, by_p = np.split(images.imag / 1e-100, [self.size], axis=1)
+            matrix, slope = A @ matrix, A @ slope + by_p[:, 0]
             depths.append(self.touch(y, p) if self.touch else -inf)
-            y = np.atleast_1d(np.asarray(self.f(y, p), dtype=float))
+            y = images[:, 0].real
             points.append(np.append(y, np.zeros(4 - self.size)))
         if not np.abs(y).max() < 1e6:
             return None
@@ -83,28 +82,18 @@ class Map:
         return SimpleNamespace(violation=(places - self.limit)[:, [0, 0]])
 
 
-LOGISTIC = Map(
-    lambda y, p: p * y * (1.0 - y), lambda y, p: p * (1.0 - 2.0 * y), lambda y, p: y * (1.0 - y)
-)
-FOLD = Map(lambda y, p: y + p - y * y, lambda y, p: 1.0 - 2.0 * y, lambda y, p: 1.0)
-PITCHFORK = Map(lambda y, p: y + p * y - y**3, lambda y, p: 1.0 + p - 3.0 * y**2, lambda y, p: y)
-DELAYED = Map(
-    lambda y, p: (p * y[0] * (1.0 - y[1]), y[0]),
-    lambda y, p: ((p * (1.0 - y[1]), -p * y[0]), (1.0, 0.0)),
-    lambda y, p: (y[0] * (1.0 - y[1]), 0.0),
-    size=2,
-)
-
-LOOP = Map(
-    lambda y, p: y + 0.1 * (y * y + p * p - 0.25), lambda y, p: 1.0 + 0.2 * y, lambda y, p: 0.2 * p
-)
+LOGISTIC = Map(lambda y, p: p * y * (1.0 - y))
+FOLD = Map(lambda y, p: y + p - y * y)
+PITCHFORK = Map(lambda y, p: y + p * y - y**3)
+DELAYED = Map(lambda y, p: (p * y[0] * (1.0 - y[1]), y[0]), size=2)
+LOOP = Map(lambda y, p: y + 0.1 * (y * y + p * p - 0.25))
 """Its fixed points are a circle."""
 
 
 def grazing(laws=(), limit=None):
     """Return a map whose orbit x = p / 2 has an impact where x > 0.3."""
     return Map(
-        lambda y, p: 0.5 * y + 0.25 * p, lambda y, p: 0.5, lambda y, p: 0.25,
+        lambda y, p: 0.5 * y + 0.25 * p,
         touch=lambda y, p: (d := float(y[0]) - 0.3) + d * d, laws=laws, limit=limit,
     )  # fmt: skip
 
@@ -117,6 +106,12 @@ def start_at(system, value, state, n=1, bounds=None, sign=1.0):
     bounds = bounds or Bounds(0.0, 1.0)
     cycle = at_value(system, np.array([*np.atleast_1d(state), value], dtype=float), n, value)
     return first_point(system, cycle, bounds, sign)
+
+
+def arm_of(system, bounds, value, state, n=1, sign=1.0, **options):
+    """Follow the branch of a state toward larger parameters or smaller ones, up to bounds."""
+    bounds = Bounds(*bounds)
+    return follow(system, start_at(system, value, state, n, bounds, sign), bounds, **options)
 
 
 def explored(system, bounds, *seeds, **search):
@@ -133,12 +128,12 @@ def test_newton_closes_an_orbit_or_ends_at_once():
     assert abs(float(row @ (cycle.place - place))) < 1e-13
     assert 0.0 < ratio < 0.1
     # newton that runs away finds nothing
-    nowhere = Map(lambda y, p: y + 1.0 + y * y, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
+    nowhere = Map(lambda y, p: y + 1.0 + y * y)
     lost = np.array([0.1, 0.0])
     assert close(nowhere, lost, 1, np.array([0.0, 1.0]), np.ones(2))[:2] == (None, inf)
     assert len(nowhere.calls) <= arclength.OF_BRANCH.most_steps
     # of steps 0.035, 0.041, 0.032 and 0.081, for there is no fixed point, the last ends it
-    flat = Map(lambda y, p: y + 1e-3 + y**2, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
+    flat = Map(lambda y, p: y + 1e-3 + y**2)
     assert close(flat, np.array([0.05, 0.0]), 1, np.array([0.0, 1.0]), np.ones(2))[0] is None
     assert len(flat.calls) < arclength.OF_BRANCH.most_steps
 
@@ -187,8 +182,7 @@ def test_steps_lengthen_on_a_straight_branch_and_shorten_where_it_bends():
 
 def test_special_points_are_located_with_their_kinds_labels_and_walls():
     # a fold is passed
-    start = start_at(FOLD, 0.5, sqrt(0.5), bounds=Bounds(-1.0, 0.9), sign=-1.0)
-    arm = follow(FOLD, start, Bounds(-1.0, 0.9))
+    arm = arm_of(FOLD, (-1.0, 0.9), 0.5, sqrt(0.5), sign=-1.0)
     (fold,) = arm.specials
     assert fold.kind == "LP"
     assert abs(fold.value) < 1e-12
@@ -199,36 +193,26 @@ def test_special_points_are_located_with_their_kinds_labels_and_walls():
     assert arm.points[fold.index].cycle.state[0] > 0.0 > arm.points[fold.index + 1].cycle.state[0]
     # a doubling is located from both sides
     for value, sign in ((2.9, 1.0), (3.1, -1.0)):
-        bounds = Bounds(2.5, 3.4)
-        start = start_at(LOGISTIC, value, 1.0 - 1.0 / value, bounds=bounds, sign=sign)
-        (doubling,) = follow(LOGISTIC, start, bounds).specials
+        (doubling,) = arm_of(LOGISTIC, (2.5, 3.4), value, 1.0 - 1.0 / value, sign=sign).specials
         assert doubling.kind == "PD"
         assert abs(doubling.value - 3.0) < 1e-11
         assert doubling.residual < 1e-10
         assert (doubling.before, doubling.after) == ("T,0", "T,0")
     # a torus is located, and a neutral saddle is none
-    bounds = Bounds(1.2, 2.2)
-    arm = follow(DELAYED, start_at(DELAYED, 1.5, (1 / 3, 1 / 3), bounds=bounds), bounds)
+    arm = arm_of(DELAYED, (1.2, 2.2), 1.5, (1 / 3, 1 / 3))
     assert [special.kind for special in arm.specials] == ["NS"]
     assert abs(arm.specials[0].value - 2.0) < 1e-11
-    saddle = Map(
-        lambda y, p: ((2.0 + p) * y[0] + p, 0.5 * y[1] + p),
-        lambda y, p: ((2.0 + p, 0.0), (0.0, 0.5)), lambda y, p: (y[0] + 1.0, 1.0), size=2,
-    )  # fmt: skip
-    bounds = Bounds(-0.2, 0.2)
-    arm = follow(saddle, start_at(saddle, -0.1, (0.1 / 0.9, -0.2), bounds=bounds), bounds)
+    saddle = Map(lambda y, p: ((2.0 + p) * y[0] + p, 0.5 * y[1] + p), size=2)
+    arm = arm_of(saddle, (-0.2, 0.2), -0.1, (0.1 / 0.9, -0.2))
     assert arm.end == "bound"
     assert arm.specials == []  # at p = 0 the multipliers are 2 and 0.5
     # where two branches cross there is a branch point, and no fold
-    bounds = Bounds(-0.5, 0.5)
-    arm = follow(PITCHFORK, start_at(PITCHFORK, -0.3, 0.0, bounds=bounds), bounds)
-    (point,) = arm.specials
+    (point,) = arm_of(PITCHFORK, (-0.5, 0.5), -0.3, 0.0).specials
     assert (point.kind, abs(point.value) < 1e-9) == ("BP", True)
     assert point.residual < 1e-8
     # a grazing has labels and a wall
-    system, bounds = grazing(), Bounds(0.0, 1.0)
-    (up,) = follow(system, start_at(system, 0.2, 0.1), bounds).specials
-    (down,) = follow(system, start_at(system, 0.9, 0.45, sign=-1.0), bounds).specials
+    (up,) = arm_of(grazing(), (0.0, 1.0), 0.2, 0.1).specials
+    (down,) = arm_of(grazing(), (0.0, 1.0), 0.9, 0.45, sign=-1.0).specials
     assert up.kind == down.kind == "GR"
     assert abs(up.value - 0.6) < 1e-11
     assert abs(down.value - 0.6) < 1e-11
@@ -283,12 +267,12 @@ def test_a_sign_change_is_narrowed_down_to_round_off():
 @pytest.mark.parametrize(
     ("system", "bounds", "start", "kind", "unstable"),
     [
-        (DELAYED, Bounds(1.2, 2.2), (1.5, (1 / 3, 1 / 3)), "NS", 2),
-        (LOGISTIC, Bounds(2.5, 3.4), (2.9, 1.9 / 2.9), "PD", 1),
+        (DELAYED, (1.2, 2.2), (1.5, (1 / 3, 1 / 3)), "NS", 2),
+        (LOGISTIC, (2.5, 3.4), (2.9, 1.9 / 2.9), "PD", 1),
     ],
 )
 def test_multipliers_that_cross_unseen_are_noticed(system, bounds, start, kind, unstable):
-    points = follow(system, start_at(system, *start, bounds=bounds), bounds).points
+    points = arm_of(system, bounds, *start).points
     (pair,) = [(a, b) for a, b in pairwise(points) if a.cycle.unstable != b.cycle.unstable]
     assert pair[1].cycle.unstable == unstable
     assert not special_points.unexplained(*pair)
@@ -304,15 +288,11 @@ def logistic_2T(p):
 
 def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
     """It has become T there; of three points the polynomial is a straight line, 3e-5 off."""
-    bounds = Bounds(2.5, 3.4)
-    start = start_at(LOGISTIC, 3.2, logistic_2T(3.2), 2, bounds, -1.0)
-    arm = follow(LOGISTIC, start, bounds)
+    arm = arm_of(LOGISTIC, (2.5, 3.4), 3.2, logistic_2T(3.2), 2, -1.0)
     assert arm.end == "shorter"
     assert abs(arm.points[-1].value - 3.0) < 1e-7
     assert arm.specials == []
-    bounds = Bounds(2.5, 3.45)
-    start = start_at(LOGISTIC, 3.001, logistic_2T(3.001), 2, bounds, -1.0)
-    arm = follow(LOGISTIC, start, bounds, first=0.008)
+    arm = arm_of(LOGISTIC, (2.5, 3.45), 3.001, logistic_2T(3.001), 2, -1.0, first=0.008)
     assert (arm.end, len(arm.points)) == ("shorter", 3)
     assert abs(arm.points[-1].value - 3.0) < 1e-11
     assert arm.points[-1].cycle.defect < 1e-13
@@ -359,38 +339,32 @@ def test_a_border_between_labels_of_one_orbit_names_the_transient():
 
 
 def test_a_branch_ends_at_a_bound_closed_unstable_or_lost():
-    bounds = Bounds(2.2, 2.8)
     for sign, value in ((1.0, 2.8), (-1.0, 2.2)):
-        arm = follow(LOGISTIC, start_at(LOGISTIC, 2.5, 0.6, bounds=bounds, sign=sign), bounds)
+        arm = arm_of(LOGISTIC, (2.2, 2.8), 2.5, 0.6, sign=sign)
         assert (arm.end, arm.points[-1].value) == ("bound", value)
         assert arm.points[-1].cycle.state[0] == pytest.approx(1.0 - 1.0 / value, rel=1e-13)
     # a loop is closed
-    bounds = Bounds(-0.52, 0.52)
-    arm = follow(LOOP, start_at(LOOP, 0.0, 0.5, bounds=bounds), bounds)
+    arm = arm_of(LOOP, (-0.52, 0.52), 0.0, 0.5)
     assert arm.end == "closed"
     assert [special.kind for special in arm.specials] == ["LP", "LP"]
     around = sum(length(np.ones(2), b.cycle.place - a.cycle.place) for a, b in pairwise(arm.points))
     assert np.pi * 0.99 < around < np.pi * 1.05
     # an unstable branch is followed no further than asked
-    bounds = Bounds(2.5, 3.9)
-    start = start_at(LOGISTIC, 2.9, 1.0 - 1.0 / 2.9, bounds=bounds)
-    arm = follow(LOGISTIC, start, bounds, unstable=5)
+    arm = arm_of(LOGISTIC, (2.5, 3.9), 2.9, 1.0 - 1.0 / 2.9, unstable=5)
     assert arm.end == "unstable"
     assert sum(point.cycle.unstable > 0 for point in arm.points) == 6
     # a branch that no orbit continues is lost
-    cut = Map(LOGISTIC.f, LOGISTIC.by_y, LOGISTIC.by_p)
+    cut = Map(LOGISTIC.f)
     plain = cut.at
     cut.at = lambda place, n: None if place[-1] > 2.7 else plain(place, n)
-    bounds = Bounds(2.2, 2.9)
-    arm = follow(cut, start_at(cut, 2.5, 0.6, bounds=bounds), bounds)
+    arm = arm_of(cut, (2.2, 2.9), 2.5, 0.6)
     assert arm.end == "lost"
     assert arm.points[-1].value == pytest.approx(2.7, abs=1e-6)
 
 
 def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
-    system, bounds = grazing(RIGID), Bounds(0.0, 1.0)
     for value, sign, labels in ((0.2, 1.0, ("T,0", "T,1")), (0.9, -1.0, ("T,1", "T,0"))):
-        arm = follow(system, start_at(system, value, 0.5 * value, sign=sign), bounds)
+        arm = arm_of(grazing(RIGID), (0.0, 1.0), value, 0.5 * value, sign=sign)
         (end,) = arm.specials
         assert (arm.end, end.kind, end.wall) == ("grazing", "GR", "near")
         assert (end.before, end.after) == labels
@@ -398,8 +372,7 @@ def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
         assert arm.points[-1].value == end.value
         assert end.index == len(arm.points) - 2
     # or where its limit is touched
-    system, bounds = grazing(limit=0.4), Bounds(0.0, 1.0)
-    arm = follow(system, start_at(system, 0.7, 0.35), bounds)
+    arm = arm_of(grazing(limit=0.4), (0.0, 1.0), 0.7, 0.35)
     (end,) = arm.specials
     assert (arm.end, end.kind) == ("limit", "LIM")
     assert abs(end.value - 0.8) < 1e-10

@@ -186,16 +186,30 @@ def test_a_sample_is_judged_where_it_is_less_than_half():
         ({"start": {"policy": "state"}}, "which needs one"),
         ({"start": {"policy": "rest", "state": [0.0, 0.0]}}, "a state belongs to policy 'state'"),
         ({"vary": {"x_0": {"values": [float("inf")]}}}, "x_0 = inf"),
+        ({"vary": {"phase": {"values": [0.0, 7.0]}}}, "phase = 7.0 is not allowed"),
+        ({"vary": {"phase": {"values": [-1.0, 1.0]}}}, "from 0 to 6.28319"),
+        (
+            {"vary": {"phase": {"values": [1.0]}}, "start": {"policy": "random", "count": 3}},
+            "phase is varied: orbits start at rest",
+        ),
+        ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
     ],
 )
 def test_a_wrong_request_is_refused(changes, message, error_of):
     assert message in error_of(nv.load_scan, {**PLANE, **changes})
 
 
-def test_a_state_on_the_command_line(refusal):
-    command = ["bifurcation", "--vary", "x2_0=0:0.1:3", "--record", "attractor", "--dry-run"]
-    assert "must be a list of 4 numbers" in refusal(*command, "--start", "0,0,0.1")
-    assert "must be a number" in refusal(*command, "--start", "0,one,0,0")
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("--vary x2_0=0:0.1:3 --start 0,0,0.1", "must be a list of 4 numbers"),
+        ("--vary x2_0=0:0.1:3 --start 0,one,0,0", "must be a number"),
+        ("--start @1.5", "--start @1.5: a state or rest stands before the @"),
+        ("--start rest@1.5 --vary phase=0:6:4", "phase is varied, and phase = 1.5"),
+    ],
+)
+def test_a_state_or_phase_on_the_command_line(words, line, refusal):
+    assert line in refusal("bifurcation", "--record", "attractor", "--dry-run", *words.split())
 
 
 @pytest.mark.long

@@ -10,7 +10,6 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, in_legend, quantities, usual_show
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Report
-from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import (
     FLAGS,
     KEPT,
@@ -267,20 +266,6 @@ def test_the_words_for_what_a_spectrum_says_and_its_background():
     noise = np.random.default_rng(1).normal(size=time.size)
     assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
     assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("spectrum", "message"),
-    [
-        ({"signals": ["x3"]}, "unknown signal 'x3'"),
-        ({"signals": ["force"]}, "unknown signal 'force'"),
-        ({"signals": ["x1", "x1"]}, "names something twice"),
-        ({"highest": 33.0}, "allowed: up to half of the samples"),
-    ],
-)
-def test_what_cannot_be_recorded_is_refused(spectrum, message):
-    with pytest.raises(RequestError, match=message):
-        load_scan("ssul-set6", {"record": {"want": ["spectrum"]}, "spectrum": spectrum})
 
 
 def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():

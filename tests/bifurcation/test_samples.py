@@ -102,7 +102,7 @@ def test_files_frames_and_arrays_mean_the_same(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("columns", "words"),
+    ("source", "words"),
     [
         ({}, "no column"),
         ({"k1": []}, "0 rows"),
@@ -116,16 +116,7 @@ def test_files_frames_and_arrays_mean_the_same(tmp_path):
         ({"k1": [[4e4], [5e4]]}, "k1 must be a list of numbers"),
         ({3: [4e4]}, "column 3 must be named"),
         (5, "must be arrays by name, a DataFrame or the path of a CSV file"),
-    ],
-)
-def test_faulty_tables_are_refused(columns, words, error_of):
-    assert words in error_of(samples_of, columns)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "the file is empty"),
+        ("", "t.csv': the file is empty"),
         ("k1,C\n", "0 rows"),
         ("k1,C\n4e4\n", "line 2 has 1 cells, the heading 2"),
         ("k1,C\n4e4,\n", "C = '' in line 2 must be a number"),
@@ -135,10 +126,11 @@ def test_faulty_tables_are_refused(columns, words, error_of):
         ("k1,k1\n4e4,4e4\n", "column 'k1' occurs twice"),
     ],
 )
-def test_faulty_files_are_refused(text, words, tmp_path, error_of):
-    line = error_of(samples_of, written(tmp_path / "t.csv", text))
+def test_faulty_tables_and_files_are_refused(source, words, here, error_of):
+    is_file = isinstance(source, str)
+    line = error_of(samples_of, written(here / "t.csv", source) if is_file else source)
     assert words in line
-    assert "t.csv" in line
+    assert ("t.csv" in line) == is_file
 
 
 @pytest.mark.parametrize(

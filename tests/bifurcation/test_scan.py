@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_phase_of_starts import PLANE
 
 import nlds_vines as nv
 from nlds_vines.archives.files import toml_text
@@ -124,6 +123,13 @@ def test_a_title_that_is_true_no_more_is_replaced():
     assert overridden.title == "SSul NES, Set 6, K = 5 N/m^1.5: ω"
 
 
+MANY = {"start": 1, "stop": 2, "num": 20_000}
+
+
+def spectra(**settings):
+    return {"record": {"want": ["spectrum"]}, "spectrum": settings}
+
+
 @pytest.mark.parametrize(
     ("below", "above", "message"),
     [
@@ -133,9 +139,14 @@ def test_a_title_that_is_true_no_more_is_replaced():
         ({"set": {"K": 1e7}, "vary": {"E2": {"values": [1]}}}, {}, r"\[set\]: K beside E2"),
         ({}, {"system": "tmd", "set": {"C": 1}}, r"^changes: \[set\]: kind 'tmd' has no"),
         ({}, {"vary": {"m1": {"values": [-1]}}}, r"^changes: \[vary\]: m1 = -1\.0 is not"),
+        ({}, {"vary": {"P": MANY, "C": MANY}}, "400000000 orbits; allowed: up to 100000000"),
+        ({}, spectra(signals=["x3"]), "unknown signal 'x3'"),
+        ({}, spectra(signals=["force"]), "unknown signal 'force'"),
+        ({}, spectra(signals=["x1", "x1"]), "names something twice"),
+        ({}, spectra(highest=33.0), "allowed: up to half of the samples"),
     ],
 )
-def test_contradictions_name_their_places(below, above, message):
+def test_contradictions_and_what_cannot_be_recorded_are_refused(below, above, message):
     with pytest.raises(RequestError, match=message):
         load_scan({**MINIMAL, **below}, above)
 
@@ -153,12 +164,6 @@ def test_contradictions_name_their_places(below, above, message):
 def test_a_scan_checks_its_axes(axes, message):
     with pytest.raises(RequestError, match=message):
         dataclasses.replace(load_scan(MINIMAL), axes=axes)
-
-
-def test_absurdly_many_orbits_are_refused():
-    vary = {name: {"start": 1, "stop": 2, "num": 20_000} for name in ("P", "C")}
-    with pytest.raises(RequestError, match="400000000 orbits; allowed: up to 100000000"):
-        load_scan({**MINIMAL, "vary": vary})
 
 
 NUMBERS = st.floats(1e-3, 1e3)
@@ -383,28 +388,3 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
 
     usual = [seconds(f"{i}.h5", k2=668.9) for i in range(2)][-1]  # the first may have to compile
     assert seconds("free.h5", k2=0.0, c2=0.0) < 10 * usual + 1.0
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
-        ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
-        ({"start": {"policy": "random", "count": 3}}, "phase is varied: orbits start at rest"),
-        ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
-    ],
-)
-def test_a_wrong_phase_is_refused(change, message):
-    with pytest.raises(RequestError, match=message):
-        nv.load_scan({**PLANE, **change})
-
-
-@pytest.mark.parametrize(
-    ("start", "line"),
-    [
-        (["--start", "@1.5"], "--start @1.5: a state or rest stands before the @"),
-        (["--start", "rest@1.5", "--vary", "phase=0:6:4"], "phase is varied, and phase = 1.5"),
-    ],
-)
-def test_a_phase_is_given_once_and_with_a_start(start, line, refusal):
-    assert line in refusal("bifurcation", "--dry-run", *start)

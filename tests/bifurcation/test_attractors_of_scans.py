@@ -13,7 +13,6 @@ from nlds_vines.bifurcation import attractors
 from nlds_vines.bifurcation.attractors import AttractorTable
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.labels import finals
@@ -30,21 +29,28 @@ CHAOS = {
 
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
-    path = tmp_path_factory.mktemp("basins") / "plane.h5"
-    nv.scan(PLANE, to=path, quiet=True)
-    return path
+    return nv.scan(PLANE, to=tmp_path_factory.mktemp("basins") / "plane.h5", quiet=True)
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """Return the archive of the plane without attractors."""
+    path = tmp_path_factory.mktemp("basins") / "plain.h5"
+    return nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=path, quiet=True)
 
 
 @pytest.fixture(scope="module")
 def along(tmp_path_factory):
-    path = tmp_path_factory.mktemp("basins") / "along.h5"
-    nv.scan(ALONG, to=path, quiet=True)
-    return path
+    return nv.scan(ALONG, to=tmp_path_factory.mktemp("basins") / "along.h5", quiet=True)
 
 
-def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_orbits(
-    plane, tmp_path
-):
+def arrays_of(scan):
+    """Return what a scan's archive holds, by name."""
+    with nv.read(nv.scan(scan, quiet=True)) as view:
+        return {name: view[name] for name in view.names}
+
+
+def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_orbits(plane):
     (case,) = (c for c in CASES if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1))
     assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
     (stable,) = (
@@ -58,13 +64,12 @@ def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_o
         values = view["attractor_multipliers"][1]
         shares = view["attractor_share"]
         attractor = view["attractor"]
+        energies, points = view["attractor_E1max"], view["attractor_point"]
+        assert "attractor_E2max" not in view
     assert np.allclose(np.sort(values, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
     assert shares.tolist() == [(attractor == k).mean() for k in (0, 1)]
     assert (shares > 0.1).all()
     # their largest energies are those of their orbits
-    with nv.read(plane) as view:
-        energies, points = view["attractor_E1max"], view["attractor_point"]
-        assert "attractor_E2max" not in view
     system = nv.load_system("impact-oscillator", omega=1.5, P=AMPLITUDE)
     for energy, point in zip(energies, points, strict=True):
         settled = nv.simulate(
@@ -74,19 +79,15 @@ def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_o
     assert energies[0] != pytest.approx(energies[1], rel=0.01)
 
 
-def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
-    document = {**CHAOS, "record": {"want": ["attractor", "energy"]}}
-    path = nv.scan(document, to=tmp_path / "chaos.h5", quiet=True)
-    with nv.read(path) as view:
-        number = view["attractor_label"].tolist().index("chaos")
-        cells = view["attractor"][:, 0] == number
-        for name in ("E1max", "E2max"):
-            first = view[name][cells, 0][0]
-            assert view[f"attractor_{name}"][number] == first  # all cells are the sample here
+def test_chaos_has_the_energies_of_an_orbit_of_it():
+    arrays = arrays_of({**CHAOS, "record": {"want": ["attractor", "energy"]}})
+    number = arrays["attractor_label"].tolist().index("chaos")
+    cells = arrays["attractor"][:, 0] == number
+    for name in ("E1max", "E2max"):  # all cells are the sample here
+        assert arrays[f"attractor_{name}"][number] == arrays[name][cells, 0][0]
 
 
-def test_labels_are_those_of_plain_following(plane, tmp_path):
-    plain = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "p.h5", quiet=True)
+def test_labels_are_those_of_plain_following(plane, plain):
     with nv.read(plane) as view, nv.read(plain) as other:
         assert (finals(view["label"]) == finals(other["label"])).all()
         names = view["attractor_label"][view["attractor"]]
@@ -96,10 +97,10 @@ def test_labels_are_those_of_plain_following(plane, tmp_path):
     assert np.median(arrival) < 100  # of the 720 periods of plain following
 
 
-def test_other_records_do_not_change_the_attractors(plane, tmp_path):
+def test_other_records_do_not_change_the_attractors(plane):
     want = ["section", "energy", "regime", "attractor"]
-    path = nv.scan({**PLANE, "record": {"want": want}}, to=tmp_path / "all.h5", quiet=True)
-    with nv.read(plane) as view, nv.read(path) as other:
+    other = arrays_of({**PLANE, "record": {"want": want}})
+    with nv.read(plane) as view:
         for name in ("attractor", "arrival", "attractor_share", "attractor_point"):
             assert np.array_equal(view[name], other[name])
         assert other["section"].shape == (24, 20, 1, 120, 2)
@@ -136,24 +137,19 @@ def test_numbers_mean_the_same_along_a_parameter(along):
     assert (attractor[0] == 0).all()
 
 
-def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
+def test_an_attractor_keeps_its_number_when_its_label_changes():
     """2T,1 becomes 4T,2 by a period doubling."""
     vary, start = {"P": {"values": [2.1, 2.2]}}, {"policy": "random", "count": 20}
-    document = {**PLANE, "set": {"omega": 2.5}, "vary": vary, "start": start}
-    path = nv.scan(document, to=tmp_path / "flip.h5", quiet=True)
-    with nv.read(path) as view:
-        labels = view["attractor_label"]
-    assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
+    arrays = arrays_of({**PLANE, "set": {"omega": 2.5}, "vary": vary, "start": start})
+    assert arrays["attractor_label"].tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
 
 
 def test_the_orbit_of_a_cell_and_of_the_page_begins_where_the_axes_say(plane):
     with nv.read(plane) as view:
         x, v = view["x_0"][3], view["v_0"][7]
     orbit = nv.orbit_of(plane, x_0=x, v_0=v, quiet=True)
-    same = nv.simulate(
-        "impact-oscillator", 120, start=(x, v), transient=600, quiet=True, record=["section"]
-    ).system.with_(omega=1.5, P=AMPLITUDE)
-    again = nv.simulate(same, 120, start=(x, v), transient=600, quiet=True)
+    system = nv.load_system("impact-oscillator", omega=1.5, P=AMPLITUDE)
+    again = nv.simulate(system, 120, start=(x, v), transient=600, quiet=True)
     assert np.array_equal(orbit.section, again.section)
     # and so does the page of an archive
     archive = stored(plane)
@@ -166,7 +162,7 @@ def test_the_orbit_of_a_cell_and_of_the_page_begins_where_the_axes_say(plane):
     assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]
 
 
-def test_a_plane_has_measures_and_random_starts_an_interval(plane, answer, tmp_path, along):
+def test_a_plane_has_measures_and_random_starts_an_interval(plane, plain, along, error_of):
     measures = nv.basin_measures(plane, side=10)
     assert [basin.label for basin in measures.basins] == ["T,0", "T,1"]
     assert sum(basin.share for basin in measures.basins) == pytest.approx(1.0)
@@ -190,30 +186,22 @@ def test_a_plane_has_measures_and_random_starts_an_interval(plane, answer, tmp_p
     # random starts have an interval
     document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
     document["start"] = {"policy": "random", "count": 200, "seed": 4}
-    path = nv.scan(document, to=tmp_path / "random.h5", quiet=True)
-    measures = nv.basin_measures(path)
+    measures = nv.basin_measures(nv.scan(document, quiet=True))
     for basin in measures.basins:
         assert (basin.low, basin.high) == share_interval(basin.count, 200)
     assert measures.entropy is None
-    # an archive without attractors is refused
-    other = nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=tmp_path / "o.h5", quiet=True)
-    with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
-        nv.basin_measures(other)
     # along a parameter, a value of it is given
     assert "attractor 1, T,1" in repr(nv.basin_measures(along, P=0.51))
-    with pytest.raises(RequestError, match="P is missing"):
-        nv.basin_measures(along)
-    with pytest.raises(RequestError, match="unknown varied parameter"):
-        nv.basin_measures(along, omega=1.0)
-    with pytest.raises(RequestError, match=r"P = 0\.9 lies outside the scan: 0\.3 to 0\.6"):
-        nv.basin_measures(along, P=0.9)
+    for archive, place, words in (
+        (plain, {}, "holds no attractor: scan with --record attractor"),
+        (along, {}, "P is missing"),
+        (along, {"omega": 1.0}, "unknown varied parameter"),
+        (along, {"P": 0.9}, "P = 0.9 lies outside the scan: 0.3 to 0.6"),
+    ):
+        assert words in error_of(nv.basin_measures, archive, **place)
 
 
 STARTS = {"policy": "random", "count": 60, "seed": 3}
-STOPS = {
-    "kind": "oscillator-2", "omega": 1.2, "P": 2.0, "m": 1.0, "k": 1.0, "c": 0.05, "C": 0.5,
-    "C_2": 0.5, "K": 20.0,
-}  # fmt: skip
 
 
 def scan_of(system, vary, start=STARTS, **changes):
@@ -227,11 +215,6 @@ REQUESTS = {
     "after transient chaos": scan_of("ssul-set6", {"omega": {"values": [7.6]}}),
     "restitution": scan_of("impact-oscillator", {"P": {"values": [0.7]}}, set={"omega": 1.5}),
 }
-
-
-def attractors_of(scan, tmp_path):
-    with nv.read(nv.scan(scan, to=tmp_path / "scan.h5", quiet=True)) as view:
-        return {name: view[name] for name in view.names}
 
 
 @pytest.mark.parametrize("scan", REQUESTS.values(), ids=list(REQUESTS))
@@ -264,24 +247,21 @@ def test_threads_and_neighbors_change_nothing():
             assert np.array_equal(alone[name][0], every[name][lane])
 
 
-def test_mirrored_twins_are_two_attractors(tmp_path):
+def test_mirrored_twins_are_two_attractors():
     """Between two equal stops, what is not its own mirror image has a twin: T,2 and T,3 both do."""
-    scan = scan_of(STOPS, {"P": {"values": [2.0]}}, {**STARTS, "count": 30})
-    arrays = attractors_of(scan, tmp_path)
+    stops = {"kind": "oscillator-2", "omega": 1.2, "P": 2.0, "m": 1.0, "k": 1.0, "c": 0.05}
+    stops |= {"C": 0.5, "C_2": 0.5, "K": 20.0}
+    arrays = arrays_of(scan_of(stops, {"P": {"values": [2.0]}}, {**STARTS, "count": 30}))
     labels = arrays["attractor_label"][0].tolist()
     assert labels.count("T,2") == labels.count("T,3") == 2
     assert set(arrays["attractor"][0].tolist()) == set(range(len(labels)))
-    energies = {
-        label: arrays["attractor_E1max"][0][[word == label for word in labels]]
-        for label in ("T,2", "T,3")
-    }
-    for pair in energies.values():
-        assert pair[0] == pytest.approx(pair[1], rel=1e-7)  # which is why they are no features
+    for label in ("T,2", "T,3"):
+        one, other = arrays["attractor_E1max"][0][[word == label for word in labels]]
+        assert one == pytest.approx(other, rel=1e-7)  # which is why they are no features
 
 
-def test_two_tori_of_one_system_are_two_attractors(tmp_path):
-    scan = scan_of("ssul-set6", {"omega": {"values": [7.375]}})
-    arrays = attractors_of(scan, tmp_path)
+def test_two_tori_of_one_system_are_two_attractors():
+    arrays = arrays_of(scan_of("ssul-set6", {"omega": {"values": [7.375]}}))
     assert arrays["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
     assert min(arrays["attractor_share"][0]) > 0.2
     assert arrays["attractor_margin"].min() > 2.0
@@ -313,15 +293,10 @@ def sample_of_one(monkeypatch):
     monkeypatch.setattr(attractors, "LEAST", 1)
 
 
-def arrays_of(path):
-    with nv.read(path) as view:
-        return {name: view[name] for name in view.names if name != "status"}
-
-
-def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path, monkeypatch):
-    one = arrays_of(nv.scan(PLANE, to=tmp_path / "one.h5", quiet=True))
-    monkeypatch.undo()
-    all_of = arrays_of(nv.scan(PLANE, to=tmp_path / "all.h5", quiet=True))
+def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, plane):
+    one = arrays_of(PLANE)
+    with nv.read(plane) as view:
+        all_of = {name: view[name] for name in view.names}
     assert sorted(one["attractor_label"].tolist()) == ["T,0", "T,1"]
     assert (one["attractor"] >= 0).all()
     assert (one["arrival"] >= 0).all()
@@ -333,8 +308,8 @@ def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path,
     assert one["attractor_share"].tolist() == all_of["attractor_share"][same].tolist()
 
 
-def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
-    arrays = arrays_of(nv.scan(ALONG, to=tmp_path / "along.h5", quiet=True))
+def test_it_keeps_its_number_along_a_parameter(sample_of_one):
+    arrays = arrays_of(ALONG)
     labels = arrays["attractor_label"]
     assert (arrays["attractor"] >= 0).all()
     for k in range(labels.shape[1]):
@@ -355,8 +330,8 @@ def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
     assert differing(tmp_path / "whole.h5", path) == []
 
 
-def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
-    arrays = arrays_of(nv.scan(CHAOS, to=tmp_path / "chaos.h5", quiet=True))
+def test_chaos_that_was_missed_has_a_number(sample_of_one):
+    arrays = arrays_of(CHAOS)
     names = arrays["attractor_label"][arrays["attractor"][..., 0]]
     assert set(arrays["label"].ravel().tolist()) - {"chaos"}
     assert np.array_equal(names, [str(x).split(" to ")[-1] for x in arrays["label"][:, 0]])

@@ -13,11 +13,19 @@ from nlds_vines.bifurcation import response_curves
 from nlds_vines.bifurcation import run as running
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import main
+from nlds_vines.model.labels import FLAGS
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
 
-SHORT = ["--vary", "omega=6:6.6:7", "--transient", "200", "--periods", "20", "--quiet"]
+
+def sampled(low, high, transient=200, periods=20):
+    return (
+        f"--vary omega={low}:{high}:7 --transient {transient} --periods {periods} --quiet".split()
+    )
+
+
+SHORT = sampled(6, 6.6)
 PAGE = """
 title = "two surfaces"
 [vary]
@@ -46,6 +54,20 @@ panel = 1
 def here(here):
     (here / "page.toml").write_text(PAGE)
     return here
+
+
+@pytest.fixture
+def beside_a_scan(here):
+    """Return a function that computes response curves and a scan of one of their systems."""
+
+    def both(system, *words, record, sampling=SHORT, also=()):
+        assert main(["--system", system, *also, *words, *sampling, "-o", "a.h5"]) == 0
+        scan = ["bifurcation", "--system", system, "--record", record, *words, *sampling]
+        assert console([*scan, "-o", "b.h5"]) == 0
+        with nv.read("b.h5") as view:
+            return nv.open_archive("a.h5"), {name: view[name] for name in view.names}
+
+    return both
 
 
 @pytest.mark.kernels
@@ -82,11 +104,9 @@ def test_dampers_are_compared_with_the_structure_alone(here):
 
 
 @pytest.mark.kernels
-def test_the_numbers_are_those_of_a_scan_of_the_same_system(here):
-    assert main(["--system", "ssul-set6", "--set", "P=600", *SHORT, "-o", "a.h5"]) == 0
-    scan = ["bifurcation", "--set", "P=600", "--record", "impacts,energy", *SHORT]
-    assert console([*scan, "-o", "b.h5"]) == 0
-    with nv.read("a.h5") as page, nv.read("b.h5") as one:
+def test_the_numbers_are_those_of_a_scan_of_the_same_system(beside_a_scan):
+    _, one = beside_a_scan("ssul-set6", "--set", "P=600", record="impacts,energy")
+    with nv.read("a.h5") as page:
         assert page["P"].tolist() == [600.0, 600.0]
         assert page["system"].tolist() == ["none", "ssul-set6"]
         assert np.isnan(page["C"][0])
@@ -133,19 +153,15 @@ def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
 
 
 @pytest.mark.kernels
-def test_curves_show_any_number_of_the_response(here):
-    """Beside a scan of the same systems, and the closed form of the structure alone."""
+def test_curves_show_any_number_of_the_response(beside_a_scan):
+    """Beside a scan of the same system, and the closed form of the structure alone."""
     shown = ["x1_max", "v1_rms", "stroke_max", "force_max"]
-    systems = ["--system", "ssbl", "--system", "tmd", "--set", "P=1200"]
-    assert main([*systems, "--show", ",".join(shown), "--log", *SHORT, "-o", "a.h5"]) == 0
-    scan = ["bifurcation", "--system", "ssbl", "--set", "P=1200", "--record", "energy,response"]
-    assert console([*scan, *SHORT, "-o", "b.h5"]) == 0
-    archive = nv.open_archive("a.h5")
+    also = ["--system", "tmd", "--show", ",".join(shown), "--log"]
+    archive, one = beside_a_scan("ssbl", "--set", "P=1200", record="energy,response", also=also)
     ssbl, tmd = archive["SSbl NES"].numbers, archive["Tuned mass damper"].numbers
-    with nv.read("b.h5") as one:
-        for name in shown[:3]:
-            assert ssbl[name].tolist() == one[name].tolist(), name
-        assert ssbl["force_max"].tolist() == one["force_max"].max(axis=-1).tolist()
+    for name in shown[:3]:
+        assert ssbl[name].tolist() == one[name].tolist(), name
+    assert ssbl["force_max"].tolist() == one["force_max"].max(axis=-1).tolist()
     assert np.isnan(tmd["force_max"]).all()
     p, bare = nv.load_system("none", P=1200).parameters, archive[response_curves.ALONE]
     omega = bare.values
@@ -163,14 +179,12 @@ def test_curves_show_any_number_of_the_response(here):
 
 
 @pytest.mark.kernels
-def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
-    vary = ["--vary", "omega=7.4:7.7:7", "--transient", "200", "--periods", "20", "--quiet"]
-    assert main(["--system", "ssul-set6", "--start", "both", *vary, "-o", "a.h5"]) == 0
-    scan = ["bifurcation", "--system", "ssul-set6", "--start", "both", "--record", "energy,impacts"]
-    assert console([*scan, *vary, "-o", "b.h5"]) == 0
-    curve = nv.open_archive("a.h5")["SSul NES, Set 6"]
-    with nv.read("b.h5") as one:
-        assert curve.numbers["E1max"].tolist() == one["E1max"].tolist()
+def test_two_sweeps_are_drawn_and_shaded_where_they_differ(beside_a_scan):
+    archive, one = beside_a_scan(
+        "ssul-set6", "--start", "both", record="energy,impacts", sampling=sampled(7.4, 7.7)
+    )
+    curve = archive["SSul NES, Set 6"]
+    assert curve.numbers["E1max"].tolist() == one["E1max"].tolist()
     up, down = curve.numbers["E1max"].T
     highest = np.fmax(up, down)
     assert curve.peak == highest.max()
@@ -179,7 +193,7 @@ def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
     assert differ.any()
     assert not differ.all()
     differ |= curve.cycles() != curve.cycles(1)
-    axes = nv.open_archive("a.h5").plot().axes[0]
+    axes = archive.plot().axes[0]
     shaded = np.zeros(len(differ), dtype=bool)
     for patch in axes.patches:
         low, high = patch.get_x(), patch.get_x() + patch.get_width()
@@ -213,21 +227,17 @@ def test_irregular_responses_are_shaded(here):
     curves = nv.response_curves(document, to="a.h5", quiet=True)
     regime = curves["set 6"]["regime"]
     patches = curves.plot().axes[0].patches
-    with nv.read("a.h5") as view:
-        words = view.flags("regime")
-    irregular = [words[code] in ("chaotic", "quasiperiodic") for code in regime.tolist()]
-    assert irregular == [False, False, True, False, False]
+    irregular = [FLAGS[word] for word in ("chaotic", "quasiperiodic")]
+    assert np.isin(regime, irregular).tolist() == [False, False, True, False, False]
     (patch,) = patches
     assert patch.get_x() < 7.4 < patch.get_x() + patch.get_width()
 
 
 def test_any_archive_of_dampers_has_a_panel_of_reductions(tmp_path):
     """Also that of a figure whose picture has none, as Figures 2 and 3 of the paper."""
-    document = {
-        "vary": {"omega": {"values": [6.0, 6.1, 6.2]}},
-        "curves": [{"system": "none"}, {"system": "tmd"}],
-    }
-    request = response_curves.load_curves(document)
+    curves = [{"system": "none"}, {"system": "tmd"}]
+    vary = {"omega": {"values": [6.0, 6.1, 6.2]}}
+    request = response_curves.load_curves({"vary": vary, "curves": curves})
     energies = {"E1max": np.array([3.0, 2.0, 1.0]), "reduction": np.array([0.1, 0.2, 0.3])}
     path = paper_results.write_curves(tmp_path / "a.h5", request, [energies, energies])
     archive = nv.open_archive(path)
@@ -252,20 +262,15 @@ def test_no_line_joins_two_regimes():
     """T,1, a chaotic orbit, 3T,2 and T,1 again; of older archives, without periods, one line."""
     E1max = np.array([1.0, 2.0, 9.0, 5.0, 6.0, 3.0, 4.0])
     numbers = {"E1max": E1max, "reduction": 1.0 - E1max}
-    numbers |= {
-        "periodicity": np.array([1, 1, 0, 3, 3, 1, 1]),
-        "impact_count": np.array([1, 1, 7, 2, 2, 1, 1]),
-    }
+    numbers["periodicity"] = np.array([1, 1, 0, 3, 3, 1, 1])
+    numbers["impact_count"] = np.array([1, 1, 7, 2, 2, 1, 1])
     (axes, reduction) = axes_of(numbers, reduction=True)
-    for panel, factor in ((axes, 1.0), (reduction, 100.0)):
+    for panel, values in ((axes, E1max), (reduction, 100.0 * (1.0 - E1max))):
         drawn = [line for line in panel.lines if line.get_linestyle() == "-"]
-        drawn = [line for line in drawn if len(line.get_xdata()) > 2]
-        up = np.asarray(drawn[-1].get_ydata())
+        up = [np.asarray(line.get_ydata()) for line in drawn if len(line.get_xdata()) > 2][-1]
         pieces = np.split(up, np.flatnonzero(np.isnan(up)))
         pieces = [piece[np.isfinite(piece)].tolist() for piece in pieces]
-        wanted = [E1max[:2], E1max[2:3], E1max[3:5], E1max[5:]]
-        wanted = [piece if factor == 1.0 else factor * (1.0 - piece) for piece in wanted]
-        assert pieces == [piece.tolist() for piece in wanted]
+        assert pieces == [piece.tolist() for piece in np.split(values, [2, 3, 5])]
         dots = [line for line in panel.lines if line.get_marker() == "o"]
         assert dots[-1].get_xdata().tolist() == [6.133]
     del numbers["periodicity"]
@@ -274,20 +279,13 @@ def test_no_line_joins_two_regimes():
 
 
 @pytest.mark.kernels
-def test_archives_tell_regimes_along_curves_without_a_verdict(here):
+def test_archives_tell_regimes_along_curves_without_a_verdict(beside_a_scan):
     """The periods are those of a scan's verdicts; what has not settled in the window has none."""
-    vary = ["--vary", "omega=7.2:7.5:7", "--transient", "400", "--periods", "60", "--quiet"]
-    assert main(["--system", "ssul-set6", *vary, "-o", "a.h5"]) == 0
-    scan = ["bifurcation", "--system", "ssul-set6", "--record", "regime", *vary, "-o", "b.h5"]
-    assert console(scan) == 0
-    archive = nv.open_archive("a.h5")
-    curve = archive["SSul NES, Set 6"]
-    with nv.read("b.h5") as view:
-        labels, periods = view["label"][:, 0].tolist(), view["periodicity"][:, 0]
-    words = [label.rpartition(" ")[2].replace("T", "") for label in labels]
+    archive, one = beside_a_scan("ssul-set6", record="regime", sampling=sampled(7.2, 7.5, 400, 60))
+    words = [label.rpartition(" ")[2].replace("T", "") for label in one["label"][:, 0].tolist()]
     words = [word if word[0].isdigit() else f"1{word}" for word in words]
-    assert (periods > 0).all()
-    cycles = curve.cycles()
+    assert (one["periodicity"] > 0).all()
+    cycles = archive["SSul NES, Set 6"].cycles()
     seen = cycles != ""
     assert np.count_nonzero(seen) >= 5
     assert cycles[seen].tolist() == np.array(words)[seen].tolist()
@@ -313,13 +311,13 @@ def test_nothing_is_clipped_without_a_sign():
     assert not [text for text in reduction.texts if "▼" in text.get_text()]
 
 
+ALONG = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "tmd"}]}
+
+
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        (
-            {"figure": {"show": ["force_max"]}},
-            "show = 'force_max': no curve has it; allowed: E1max",
-        ),
+        ({"figure": {"show": ["force_max"]}}, "'force_max': no curve has it; allowed: E1max"),
         (
             {"figure": {"show": ["E1max", "x1_max"]}, "panels": [{}, {"title": "b"}]},
             "show: several quantities need one panel",
@@ -334,29 +332,21 @@ def test_nothing_is_clipped_without_a_sign():
         ),
     ],
 )
-def test_what_cannot_be_shown_is_refused(tables, words):
-    document = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "tmd"}]}
-    with pytest.raises(nv.RequestError, match=words):
-        response_curves.load_curves({**document, **tables})
+def test_what_cannot_be_shown_is_refused(tables, words, error_of):
+    assert words in error_of(response_curves.load_curves, {**ALONG, **tables})
 
 
 def test_what_is_shown_and_energies_are_recorded_and_nothing_twice():
-    document = {
-        "vary": {"omega": {"values": [6.0, 6.2]}},
-        "curves": [{"system": "tmd"}],
-        "figure": {"show": ["x1_rms", "E1max"]},
-        "record": {"want": ["impacts", "energy"]},
-    }
-    request = response_curves.with_structure_alone(response_curves.load_curves(document))
+    shown = {"figure": {"show": ["x1_rms", "E1max"]}, "record": {"want": ["impacts", "energy"]}}
+    request = response_curves.load_curves({**ALONG, **shown})
+    request = response_curves.with_structure_alone(request)
     assert all({"energy", "response"} <= {*case.scan.want} for case in request.cases)
     assert response_curves.load_curves(request.document()).hash == request.hash
     assert response_curves.load_curves(request.document()).show == ("x1_rms", "E1max")
     # energies are recorded even if no one asks, and nothing twice
-    document = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "ssul-set6"}]}
-    (case,) = response_curves.load_curves({**document, "record": {"want": ["regime"]}}).cases
-    assert case.scan.want == ("energy", "regime")
-    (case,) = response_curves.load_curves({**document, "record": {"want": ["energy"]}}).cases
-    assert case.scan.want == ("energy",)
+    for want, recorded in (("regime", ("energy", "regime")), ("energy", ("energy",))):
+        (case,) = response_curves.load_curves({**ALONG, "record": {"want": [want]}}).cases
+        assert case.scan.want == recorded
 
 
 def test_cases_of_one_page_have_different_names_and_looks():
@@ -373,10 +363,8 @@ def test_cases_of_one_page_have_different_names_and_looks():
 
 @pytest.mark.kernels
 def test_python_takes_systems_names_files_and_documents(here):
-    tables = {
-        "vary": {"omega": {"values": [6.0, 6.3]}},
-        "sampling": {"transient": 20, "periods": 4},
-    }
+    sampling = {"transient": 20, "periods": 4}
+    tables = {"vary": {"omega": {"values": [6.0, 6.3]}}, "sampling": sampling}
     mine = nv.load_system("tmd", c2=50.0)
     curves = nv.response_curves([mine, "tmd"], to="a.h5", set={"P": 400.0}, **tables)
     assert curves.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
@@ -392,11 +380,7 @@ def test_python_takes_systems_names_files_and_documents(here):
     ("old", "new", "words"),
     [
         ("panel = 1", "panel = 3", "panel = 3"),
-        (
-            "[[panels]]",
-            "[figure]\nreduction = true\n[[panels]]",
-            "reduction = true needs one panel",
-        ),
+        ("[[panels]]", "[figure]\nreduction = true\n[[panels]]", "= true needs one panel"),
         ("[sampling]", '[start]\npolicy = "random"\ncount = 2\n[sampling]', "begins 2 orbits"),
         ('color = "blue"', 'color = "blu"', "did you mean 'blue'"),
     ],

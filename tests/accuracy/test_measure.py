@@ -158,7 +158,6 @@ def test_the_equation_is_that_of_the_motion():
     assert pressed[3] * p["m2"] == pytest.approx(p["k2"] * (p["C"] + depth) + SET6.K * depth**1.5)
 
 
-VARY = {"omega": {"values": [6.28]}}
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 
 
@@ -170,12 +169,10 @@ def folder(here, monkeypatch):
     return here
 
 
-@pytest.fixture
-def output(folder, answer):
-    return answer("accuracy", *SHORT, "--want", "1e-6")
-
-
-def test_one_command_leaves_picture_and_table(output, folder, refusal):
+def test_one_command_leaves_picture_table_and_advice_that_a_scan_and_python_take(
+    folder, answer, refusal
+):
+    output = answer("accuracy", *SHORT, "--want", "1e-6")
     rows = [line.split(" | ") for line in output.splitlines() if "| exact |" in line]
     errors = [float(row[2].strip(" <|")) for row in rows]
     assert len(errors) == 3
@@ -185,21 +182,16 @@ def test_one_command_leaves_picture_and_table(output, folder, refusal):
     picture = matplotlib.image.imread("accuracy.png")
     assert picture.std() > 0.01  # something is drawn
     assert "picture 'accuracy.png' exists" in refusal("accuracy", *SHORT)
-
-
-def test_the_advice_was_measured_good_enough_and_is_what_a_scan_and_python_take(output):
+    # the advice was measured to be good enough
     (line,) = re.findall(r"^The cheapest setting with an error of at most 1e-06: .*$", output, re.M)
-    error = float(re.search(r"\((\S+) at ", line).group(1))
-    assert error <= 1e-6
+    assert float(re.search(r"\((\S+) at ", line).group(1)) <= 1e-6
     assert 'method = "exact"' in line
     # notices: advice in words of which a scan knows nothing
-    advised = re.findall(r"`(method = .*?)`", output)
-    assert len(advised) == 1
-    for text in advised:
-        settings = tomllib.loads(text.replace(", ", "\n"))
-        scan = load_scan({"system": "ssul-set6", "vary": VARY, "sampling": settings})
-        assert scan.settings == Settings(tolerance=settings["tolerance"])
-        assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
+    (advice,) = re.findall(r"`(method = .*?)`", output)
+    settings = tomllib.loads(advice.replace(", ", "\n"))
+    scan = load_scan("ssul-set6", {"sampling": settings})
+    assert scan.settings == Settings(tolerance=settings["tolerance"])
+    assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
 
 
 def test_the_middle_of_a_scan_and_a_structure_alone_are_measured_too(folder, answer):

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from layout import collisions
 
 import nlds_vines as nv
-from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import DIVERGED
-from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.transients.basins import basin_entropy, uncertainty_exponent
 from nlds_vines.transients.ensemble import Ensemble, decay, ensemble_of, share_interval, survival
 from nlds_vines.transients.picture import draw_ensemble
@@ -71,15 +70,9 @@ def test_a_picture_shows_curve_law_censoring_and_shares_or_shares_alone():
     np.testing.assert_allclose(step.get_ydata(), [1, 0.8, 0.6, 0.4, 0.2, 0.2])
     assert bars.get_yticklabels()[0].get_text() == "T,0"
     assert bars.texts[0].get_text() == "3, 2 through chaos"
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        box = axes.get_tightbbox()
-        assert box.x0 >= 0
-        assert box.x1 <= figure.bbox.x1
-        assert box.y0 >= 0
+    assert collisions(figure) == []
     # without lifetimes only the shares are drawn
-    figure = draw_ensemble(Ensemble(LABELS[5:], SETTLING[5:], WATCHED[5:]), "a test")
-    (bars,) = figure.axes
+    (bars,) = draw_ensemble(Ensemble(LABELS[5:], SETTLING[5:], WATCHED[5:]), "a test").axes
     assert bars.get_xlabel().startswith("share of the starts")
 
 
@@ -99,7 +92,7 @@ def test_the_command_stores_tells_and_draws(here, answer):
 
 
 @pytest.mark.kernels
-def test_the_same_archive_is_looked_at_again(here):
+def test_an_archive_is_looked_at_again_and_more_starts_of_a_seed_begin_with_the_same_ones(here):
     system = nv.load_system("ssul-set6", **SADDLE)
     first = nv.transient_lifetimes(system, to="a.h5", delay=0.0, **SMALL)
     before = (here / "a.h5").read_bytes()
@@ -109,16 +102,10 @@ def test_the_same_archive_is_looked_at_again(here):
     assert again.decay.ended < first.decay.ended
     with pytest.raises(RequestError, match="--overwrite"):
         nv.transient_lifetimes(system, to="a.h5", **SMALL)
-
-
-@pytest.mark.kernels
-def test_more_starts_of_a_seed_begin_with_the_same_ones(here):
-    system = nv.load_system("ssul-set6", **SADDLE)
     few = nv.transient_lifetimes(system, to="few.h5", **{**SMALL, "starts": 15})
-    many = nv.transient_lifetimes(system, to="many.h5", **SMALL)
     other = nv.transient_lifetimes(system, to="other.h5", seed=1, **SMALL)
-    np.testing.assert_array_equal(few.settling, many.settling[:15])
-    assert not np.array_equal(many.settling, other.settling)
+    np.testing.assert_array_equal(few.settling, first.settling[:15])
+    assert not np.array_equal(first.settling, other.settling)
 
 
 @pytest.mark.kernels
@@ -127,17 +114,6 @@ def test_an_archive_without_verdicts_is_refused(here):
     nv.scan(scan, to="x.h5")
     with nv.read("x.h5") as archive, pytest.raises(RequestError, match="label, settling, watched"):
         ensemble_of(archive)
-
-
-def test_an_interrupted_ensemble_says_how_to_go_on(here, ask, monkeypatch):
-    def stop(*_, **__):
-        raise Interrupted("interrupted: --resume goes on from there")
-
-    monkeypatch.setattr(scan_run, "run", stop)
-    out, err = ask("transients", *OPTIONS, "--quiet", status=130)
-    assert (out, err.count("\n")) == ("", 1)
-    assert "--resume" in err
-    assert list(here.iterdir()) == []
 
 
 @pytest.mark.kernels
@@ -237,17 +213,11 @@ def test_the_curve_covers_a_known_one():
         ([np.nan], [True], "finite"),
     ],
 )
-def test_what_is_no_lifetime_is_refused(times, ended, message):
+def test_what_is_no_lifetime_is_refused(times, ended, message, error_of):
     for estimate in (survival, decay):
-        with pytest.raises(RequestError, match=message):
-            estimate(times, ended)
-
-
-def test_what_is_no_lifetime_is_refused_and_so_are_delays_and_arrays():
-    with pytest.raises(RequestError, match="delay = 9"):
-        decay([1.0, 9.0], [True, True], delay=9.0)
-    with pytest.raises(RequestError, match="as many"):
-        Ensemble(LABELS, SETTLING[:2], WATCHED)
+        assert message in error_of(estimate, times, ended)
+    assert "delay = 9" in error_of(decay, [1.0, 9.0], [True, True], delay=9.0)
+    assert "as many" in error_of(Ensemble, LABELS, SETTLING[:2], WATCHED)
 
 
 def half_planes(size, slope=0.37, place=0.6):

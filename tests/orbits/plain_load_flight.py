@@ -169,7 +169,6 @@ def unbalanced(flown, edges):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_balance_of_energy(law):
-    """What force and blows bring in is stored or dissipated, after each cell but in contacts."""
     system, rng = load_system("ssul-set6", **LAWS[law]), np.random.default_rng(3)
     edges = np.cumsum(np.concatenate([[1.5], rng.uniform(0.02, 0.08, 120)]))
     jumps = np.zeros(121)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from nlds_vines import classify, load_system, simulate
-from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
@@ -67,26 +66,22 @@ def test_the_settling_period_is_where_the_section_begins_to_obey(passing):
         assert touched.max() <= regime.settling + 4
 
 
-@pytest.mark.parametrize("effort", ["quick", "standard"])
-def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
-    system = load_system("ssul-set6", omega=7.4, K=2.5e7)
-    regime = classify(system, effort=effort, periods=100)
-    watched = {"quick": 700, "standard": 3700}[effort]
-    assert regime.watched == watched
-    assert regime.label == {"quick": "undetermined", "standard": "chaos"}[effort]
-    assert regime.settling == -1
-    assert regime.least_lifetime == pytest.approx(
-        {"quick": np.nan, "standard": watched / np.log(20)}[effort], nan_ok=True
-    )
+@pytest.mark.parametrize(
+    ("effort", "watched", "label", "lifetime"),
+    [("quick", 700, "undetermined", np.nan), ("standard", 3700, "chaos", 3700 / np.log(20))],
+)
+def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort, watched, label, lifetime):
+    regime = classify("ssul-set6", omega=7.4, K=2.5e7, effort=effort, periods=100)
+    assert (regime.label, regime.watched, regime.settling) == (label, watched, -1)
+    assert regime.least_lifetime == pytest.approx(lifetime, nan_ok=True)
 
 
 @pytest.mark.kernels
 def test_a_quick_scan_knows_how_long_it_watched():
     vary, sampling = {"omega": [6.28, 7.4]}, {"transient": 300, "periods": 60, "effort": "quick"}
-    arrays = computed(
-        scan_of("ssul-set6", ["regime", "evidence"], vary, changes={"K": 2.5e7}, **sampling)
-    )
-    np.testing.assert_array_equal(arrays["watched"].ravel(), [360, 360])
+    want, changes = ["regime", "evidence"], {"K": 2.5e7}
+    arrays = computed(scan_of("ssul-set6", want, vary, changes=changes, **sampling))
+    assert arrays["watched"].ravel().tolist() == [360, 360]
     assert list(arrays["label"].ravel()) == ["T,1", "undetermined"]
 
 
@@ -260,26 +255,24 @@ def test_rows_of_evidence_become_labels_multipliers_exponents_and_points(judged)
         assert np.isnan(judged[name][2]).all(), name
 
 
-def test_words_of_every_kind():
-    regime = np.array([FLAGS[n] for n in ("periodic", "transient_chaos", "chaotic", "failed")])
-    period, impacts = np.array([3, 1, 0, 0]), np.array([2, 0, 9, 0])
-    expected = ["3T,2", "transient chaos to T,0", "chaos", "failed"]
-    assert labels_of(regime, period, impacts).tolist() == expected
-    assert [label_of(*one) for one in zip(regime, period, impacts, strict=True)] == expected
-    kinds = np.array([1, 3, 1])
-    assert flags_of(np.array([OK, OK, DIVERGED]), kinds).tolist() == [1, 3, FLAGS["failed"]]
-
-
 def test_codes_are_those_of_the_archive_and_labels_the_papers_words():
     kinds = ("undetermined", "periodic", "quasiperiodic", "chaotic", "transient_chaos", "failed")
     assert [FLAGS[kind] for kind in kinds] == [0, 1, 2, 3, 4, 5]
     assert [getattr(codes, kind.upper()) for kind in kinds] == [0, 1, 2, 3, 4, 5]
-    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
-    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
-    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
-    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
-    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
-    assert label_of(FLAGS["failed"], 0, 0) == "failed"
+    rows = [
+        ("periodic", 1, 1, "T,1"),
+        ("periodic", 3, 2, "3T,2"),
+        ("transient_chaos", 1, 0, "transient chaos to T,0"),
+        ("chaotic", 0, 80, "chaos"),
+        ("undetermined", 0, 80, "undetermined"),
+        ("failed", 0, 0, "failed"),
+    ]
+    regime, period, impacts, expected = map(list, zip(*rows, strict=True))
+    regime = [FLAGS[name] for name in regime]
+    assert labels_of(*map(np.array, (regime, period, impacts))).tolist() == expected
+    assert [label_of(*one) for one in zip(regime, period, impacts, strict=True)] == expected
+    kinds = np.array([1, 3, 1])
+    assert flags_of(np.array([OK, OK, DIVERGED]), kinds).tolist() == [1, 3, FLAGS["failed"]]
 
 
 def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
@@ -304,11 +297,7 @@ def test_efforts_only_add_stages():
         assert longer[: len(less)] == less
 
 
-def test_a_wrong_request_is_refused_in_one_line():
-    system = load_system("ssul-set6")
-    with pytest.raises(RequestError, match="unknown effort 'huge'"):
-        classify(system, effort="huge")
-    with pytest.raises(RequestError, match="periods = 0"):
-        classify(system, periods=0)
-    with pytest.raises(RequestError, match="start"):
-        classify(system, start=(0.0, 0.0))
+def test_a_wrong_request_is_refused_in_one_line(error_of):
+    assert "unknown effort 'huge'" in error_of(classify, "ssul-set6", effort="huge")
+    assert "periods = 0" in error_of(classify, "ssul-set6", periods=0)
+    assert "start" in error_of(classify, "ssul-set6", start=(0.0, 0.0))

@@ -119,24 +119,18 @@ def test_the_time_of_compiling_is_known(begun):
 
 
 ALONE = {
-    "one processor": ("processors", lambda: 1),
-    "one thread": ("threads_in_use", lambda: 1),
-    "little memory": ("free_memory", lambda: compilation.MEMORY + 1),
-}
+    "processors": 1, "threads_in_use": 1, "free_memory": compilation.MEMORY + 1,
+    "multiprocessing.parent_process": object(),  # one of a pool
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("reason", ALONE)
-def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, reason):
+@pytest.mark.parametrize("name", ALONE)
+def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, name):
     assert compilation.may_help()
-    monkeypatch.setattr(compilation, *ALONE[reason])
+    monkeypatch.setattr(f"nlds_vines.orbits.compilation.{name}", lambda: ALONE[name])
     assert not compilation.may_help()
     assert follow(lanes.run_lanes) == words(24)
     assert begun == []
-
-
-def test_nobody_helps_a_process_of_a_pool(begun, monkeypatch):
-    monkeypatch.setattr(compilation.multiprocessing, "parent_process", lambda: object())
-    assert not compilation.may_help()
 
 
 def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
@@ -174,24 +168,18 @@ def test_a_signal_ends_compiling_at_the_next_function(begun):
         compiled(elementary.exp)  # outside the block nothing is asked
 
 
-def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
-    monkeypatch.setattr(compilation, "LONGEST", 0.1)
+@pytest.mark.parametrize("longest", [0.1, 60.0])
+def test_the_verdict_is_awaited_until_it_is_there_but_not_for_ever(begun, monkeypatch, longest):
+    monkeypatch.setattr(compilation, "LONGEST", longest)
     follower = Compilation(USUAL, None, True)
     follower.await_verdict()  # nothing was begun
     with follower.followed(LANES):
         compiled(lanes.run_lanes)
+        ((_, process),) = begun
+        if longest > 1.0:
+            threading.Timer(0.3, process.terminate).start()
         follower.await_verdict()
-        assert begun[0][1].poll() is None
-    assert begun[0][1].poll() is not None
-
-
-def test_the_other_process_is_awaited_until_it_ends(begun):
-    follower = Compilation(USUAL, None, True)
-    with follower.followed(LANES):
-        compiled(lanes.run_lanes)
-        threading.Timer(0.3, begun[0][1].terminate).start()
-        follower.await_verdict()
-        assert begun[0][1].poll() is not None
+        assert (process.poll() is not None) == (longest > 1.0)
 
 
 def test_while_something_is_compiled_the_seconds_are_told(monkeypatch):

@@ -25,15 +25,11 @@ def test_presets_are_numbers_by_another_name():
     assert TOLERANCES == {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
     for name, value in TOLERANCES.items():
         assert checked_tolerance(name) == checked_tolerance(value) == value
+    for value in (LEAST_TOLERANCE, MOST_TOLERANCE, np.float64(1e-7), 5e-4):
+        assert type(checked_tolerance(value)) is float
+        assert checked_tolerance(value) == value
+    assert (LEAST_TOLERANCE, MOST_TOLERANCE) == (1e-13, 1e-3)
     assert chosen_settings("exact", {}).tolerance == TOLERANCE == TOLERANCES["standard"]
-
-
-@pytest.mark.parametrize("value", [1e-13, 1e-3, np.float64(1e-7), 5e-4])
-def test_numbers_in_range(value):
-    checked = checked_tolerance(value)
-    assert type(checked) is float
-    assert checked == value
-    assert LEAST_TOLERANCE <= checked <= MOST_TOLERANCE
 
 
 def test_every_method_has_its_own_settings():
@@ -122,7 +118,6 @@ def test_a_command_counts_starts_inside_a_wall_and_names_the_deepest(command, li
 
 
 def test_the_line_is_that_of_the_states_of_the_kernels_where_there_is_a_wall():
-    """The same depths from the states and walls that kernels have."""
     axes = {name: {"start": -0.3, "stop": 0.3, "num": 7} for name in ("x1_0", "x2_0")}
     for name in ("ssul-set6", "ssbl"):
         scan = load_scan(name, {"vary": axes, "set": {"omega": 7.0}})

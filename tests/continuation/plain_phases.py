@@ -67,7 +67,6 @@ def test_impacts_at_both_walls_graze_as_one():
 
 
 def test_an_orbit_is_one_at_any_phase():
-    """Its multipliers and its tangent at phase zero are the same from any phase."""
     zero, point = on_branch(SOFT)
     for phase in (0.25, 0.5):
         shot = zero.shot(phase)

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from test_closed_forms import located
 
 from benchmarks.boundary_values import Motion, doubling_by_shooting
 from nlds_vines import classify, continue_branch, load_system, simulate
 from nlds_vines.continuation.section_map import SectionMap, place_of
+from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
@@ -25,6 +27,12 @@ def test_the_branch_of_set_6_is_whole_and_its_special_points_are_sharp(set6):
     assert list(dict.fromkeys(branch.labels.tolist())) == ["T,1", "T,0"]
     kinds = set6.special_points[set6.special_points.branch == 0].kind.tolist()
     assert kinds == ["PD", "PD", "GR"]
+    # from T,1, grazing is where the motion without impacts fills the gap
+    (row,) = located(set6, "GR", 0)
+    assert ({row.before, row.after}, row.wall) == ({"T,0", "T,1"}, "near")
+    there = load_system("ssul-set6", omega=row.value)
+    gap = float(response(there, np.array(row.value)).shortening)
+    assert gap == pytest.approx(there.parameters["C"], rel=1e-10)
     # every special point is sharp
     assert len(set6.special_points) > 10
     assert {"LP", "PD", "NS", "GR"} <= {*set6.special_points.kind.tolist()}
@@ -68,13 +76,11 @@ def test_points_are_orbits(set6):
 
 
 def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(set6):
-    row = set6.special_points[
-        (set6.special_points.branch == 0) & (set6.special_points.kind == "PD")
-    ][0]
+    row = located(set6, "PD", 0)[0]
     motion = Motion.of(load_system("ssul-set6"))
     for value in (row.value, row.value + 1e-6):
-        located = doubling_by_shooting(motion, value, row.state)
-        assert located == pytest.approx(row.value, rel=1e-10)
+        there = doubling_by_shooting(motion, value, row.state)
+        assert there == pytest.approx(row.value, rel=1e-10)
 
 
 def test_stable_points_are_what_the_classifier_finds(set6):
@@ -85,37 +91,6 @@ def test_stable_points_are_what_the_classifier_finds(set6):
             regime = classify(there, start=branch.states[i])
             assert regime.label == branch.labels[i]
             assert np.allclose(regime.multipliers, branch.multipliers[i], atol=1e-6)
-
-
-def test_multipliers_are_those_of_differences(set6):
-    """The matrix beside central differences of the orbit itself, along a branch."""
-    branch = set6.branches[0]
-    for i in range(40, len(branch), 150):
-        there = load_system("ssul-set6", omega=branch.parameter[i])
-        columns = []
-        for c in range(4):
-            ends = []
-            for sign in (1.0, -1.0):
-                start = branch.states[i].copy()
-                start[c] += sign * 1e-6
-                ends.append(simulate(there, 1, start=start, tolerance=1e-13).state)
-            columns.append((ends[0] - ends[1]) / 2e-6)
-        multipliers = np.linalg.eigvals(np.array(columns).T)
-        for mu in branch.multipliers[i]:
-            assert np.abs(multipliers - mu).min() < 1e-6
-
-
-def test_grazing_is_passed_from_both_sides():
-    """From T,0 and from T,1 the same grazing is found, and the orbits beyond it."""
-    values = []
-    for omega in (9.0, 6.28):
-        system = load_system("ssul-set6", omega=omega)
-        path = continue_branch(system, "omega", (6.2, 9.0))
-        (row,) = path.special_points[path.special_points.kind == "GR"]
-        assert {row.before, row.after} == {"T,0", "T,1"}
-        assert row.wall == "near"
-        values.append(row.value)
-    assert values[0] == pytest.approx(values[1], abs=1e-10)
 
 
 def test_a_closed_loop_is_recognized():
@@ -148,16 +123,10 @@ def test_a_symmetric_orbit_branches():
     path = continued_from_rest(System("oscillator-2", numbers), "P", (0.05, 5.0))
     main, other = path.branches[:2]
     assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))
-    points = [
-        path.special_points[(path.special_points.branch == i) & (path.special_points.kind == "BP")]
-        for i in (0, 1)
-    ]
-    for row in points[1]:
-        assert np.abs(points[0].value - row.value).min() < 1e-8
-    between = path.orbits_at(3.0)
-    mirrored = [orbit for orbit in between if orbit.branch == 1]
-    assert len(mirrored) == 2  # an orbit and its mirror image
-    first, second = mirrored
+    for row in located(path, "BP", 1):
+        assert np.abs(located(path, "BP", 0).value - row.value).min() < 1e-8
+    # an orbit and its mirror image
+    first, second = (orbit for orbit in path.orbits_at(3.0) if orbit.branch == 1)
     half = simulate(
         System("oscillator-2", {**numbers, "P": 3.0}), 1, start=first.state,
         record=("trajectory",), samples=2,
@@ -176,9 +145,8 @@ def test_the_branches_found_do_not_depend_on_the_interval(between):
     path = continued_from_rest(System("oscillator-2", numbers, law="linear"), "omega", between)
     orbits = sorted((orbit.label, orbit.stable) for orbit in path.orbits_at(0.55))
     assert orbits == [("T,4", False), *[("T,4", True)] * 2, *[("T,5", False)] * 4]
-    points = path.special_points[path.special_points.kind == "BP"]
+    points, folds = located(path, "BP"), located(path, "LP").value
     assert (points.switch != "failed").all()
-    folds = path.special_points[path.special_points.kind == "LP"].value
     assert np.abs(folds[:, None] - points.value).min() > 1e-8  # a turn at a branch point is none
     for value in (0.48382267619, 0.61642649536):
         assert (np.abs(points.value - value) < 1e-10).sum() == 2  # on both branches
@@ -189,7 +157,7 @@ def test_branch_points_are_located_and_shared():
     numbers = {**TWO_STOPS, "c": 0.02, "C": 0.8, "C_2": 0.8, "K": 20.0, "omega": 0.4}
     path = continued_from_rest(System("oscillator-2", numbers), "omega", (0.4, 3.0))
     assert len(path.branches) == 2
-    values = path.special_points[path.special_points.kind == "BP"].value.tolist()
+    values = located(path, "BP").value.tolist()
     assert len(values) == 4
     assert len(set(values)) == 2
     assert sorted(set(values)) == pytest.approx([0.796847281754, 0.857919740425], abs=1e-11)
@@ -208,7 +176,7 @@ def test_no_branch_of_rigid_bodies_steps_over_a_grazing(kind, c):
     assert path.special_points.resolved.all()
     assert all(len(set(branch.labels.tolist())) == 1 for branch in path.branches)
     assert not any("lost" in branch.ends for branch in path.branches)
-    doublings = path.special_points[path.special_points.kind == "PD"].value
+    doublings = located(path, "PD").value
     assert np.abs(doublings - 0.56792184).min() > 1e-6
 
 
@@ -217,7 +185,7 @@ def test_a_switch_that_fails_is_reported(monkeypatch):
         "nlds_vines.continuation.exploration.other_branch", lambda section_map, point: None
     )
     path = continued_from_rest(System("oscillator-2", {**EQUAL_STOPS, "K": 20.0}), "P", (0.05, 3.0))
-    assert "failed" in path.special_points.switch[path.special_points.kind == "BP"]
+    assert "failed" in located(path, "BP").switch
     assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
 
 

@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import plain_phases
 import pytest
 from rigid import CASES, RIGID, oscillator, start_of
 
@@ -31,46 +32,45 @@ def free_motion(system):
     return state
 
 
+def located(path, kind, branch=None):
+    """Return the special points of a kind, of one branch or of all."""
+    rows = path.special_points
+    return rows[(rows.kind == kind) & (branch is None or rows.branch == branch)]
+
+
+def assert_folds_and_flips(path, branch, case):
+    for kind, exact in [("LP", case["fold_A"]), *(("PD", flip["A"]) for flip in case["flips"])]:
+        if exact:
+            assert np.abs(located(path, kind, branch).value - exact).min() < 1e-9
+
+
 @pytest.mark.parametrize("case", CASES, ids=named)
 def test_special_points_of_a_rigid_oscillator(case):
     """Folds, flips and grazing lie where closed forms have them, on the branch of one orbit."""
     orbit = case["orbits"][0]
     system = oscillator(case, orbit["A"])
     path = continue_branch(system, "P", (0.05, 6.0), start_of(case, orbit), period=case["n"])
-    branch = path.branches[0]
-    assert branch.period == case["n"]
-    special = path.special_points[path.special_points.branch == 0]
-    folds = special[special.kind == "LP"].value
-    if case["fold_A"]:
-        assert np.abs(folds - case["fold_A"]).min() < 1e-9
-    flips = special[special.kind == "PD"].value
-    for flip in case["flips"]:
-        assert np.abs(flips - flip["A"]).min() < 1e-9
-    points, labels = path.special_points, {one for b in path.branches for one in b.labels.tolist()}
+    assert path.branches[0].period == case["n"]
+    assert_folds_and_flips(path, 0, case)
+    labels = {one for branch in path.branches for one in branch.labels.tolist()}
     assert "2T,0" not in labels  # beyond the grazing of 2T,1 lies T,0
-    grazing = points[(points.kind == "GR") & (points.periodicity == 1)].value
+    grazing = located(path, "GR")
+    grazing = grazing[grazing.periodicity == 1].value
     assert np.abs(grazing - case["grazing_A"]).min() < 1e-9
 
 
 @pytest.mark.parametrize("case", CASES, ids=named)
-def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
-    system = oscillator(case, 0.5 * case["grazing_A"])
-    path = continue_branch(system, "P", (0.01, 2.0 * case["grazing_A"]))
+def test_from_rest_a_rigid_stop_is_grazed_and_the_orbit_with_an_impact_is_found(case):
+    """Beyond the grazing of rigid bodies, the branch of T,1 is followed without a hint."""
+    between = 0.01, max(3.0, 2.0 * case["grazing_A"])
+    path = continue_branch(oscillator(case, 0.5 * case["grazing_A"]), "P", between)
     assert path.branches[0].ends[1] == "grazing"
     (row,) = path.special_points[path.special_points.branch == 0]
     assert (row.kind, row.before, row.after) == ("GR", "T,0", "T,1")
     assert abs(row.value - case["grazing_A"]) < 1e-9
-
-
-@pytest.mark.parametrize("case", [case for case in CASES if case["n"] == 1], ids=named)
-def test_from_rest_the_orbit_with_an_impact_is_found_through_grazing(case):
-    """Beyond the grazing of rigid bodies, the branch of T,1 is followed without a hint."""
-    path = continue_branch(oscillator(case, 0.5 * case["grazing_A"]), "P", (0.05, 3.0))
-    (number,) = [i for i, branch in enumerate(path.branches) if "T,1" in branch.labels]
-    special = path.special_points[path.special_points.branch == number]
-    for kind, exact in [("LP", case["fold_A"]), *(("PD", flip["A"]) for flip in case["flips"])]:
-        if exact:
-            assert np.abs(special[special.kind == kind].value - exact).min() < 1e-9
+    if case["n"] == 1:
+        (number,) = [i for i, branch in enumerate(path.branches) if "T,1" in branch.labels]
+        assert_folds_and_flips(path, number, case)
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case["n"] == 1][:2], ids=named)
@@ -121,10 +121,7 @@ def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_g
     system, along, between = GRAZES[name]
     begin = {} if name == "ssul" else {"start": free_motion(system), "period": 1}
     path = continue_branch(system, along, between, **begin)
-    rows = path.special_points[
-        (path.special_points.kind == "GR") & (path.special_points.branch == 0)
-    ]
-    row = next(row for row in rows if "T,0" in (row.before, row.after))
+    row = next(row for row in located(path, "GR", 0) if "T,0" in (row.before, row.after))
     there = system.with_(**{along: row.value})
     amplitude = float(response(there, np.array(there.parameters["omega"])).shortening)
     gaps = [g(there.parameters) for g in (there.scene.gap_near, there.scene.gap_far) if g]
@@ -139,7 +136,7 @@ def test_a_branch_ends_where_its_orbit_touches_the_limit(kind):
         del p["L"]
     system = System(kind, p)
     path = continue_branch(system, "P", (1.0, 5000.0), free_motion(system), period=1)
-    (row,) = path.special_points[path.special_points.kind == "LIM"]
+    (row,) = located(path, "LIM")
     assert path.branches[0].ends[1] == "limit"
     there = system.with_(P=row.value)
     amplitude = float(response(there, np.array(p["omega"])).shortening)
@@ -154,12 +151,8 @@ def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
         orbit, errors = case["orbits"][0], []
         for K in (1e8, 1e10, 1e12, 1e14, 1e16):
             system = oscillator(case, orbit["A"], law="hertz", K=K)
-            start = start_of(case, orbit)
-            path = continue_branch(system, "P", (0.1, 1.2), start, period=1)
-            rows = path.special_points[
-                (path.special_points.kind == kind) & (path.special_points.branch == 0)
-            ]
-            errors.append(np.abs(rows.value - exact).min())
+            path = continue_branch(system, "P", (0.1, 1.2), start_of(case, orbit), period=1)
+            errors.append(np.abs(located(path, kind, 0).value - exact).min())
         orders = [np.log(a / b) / np.log(100.0) for a, b in itertools.pairwise(errors)]
         assert orders[-1] == pytest.approx(0.4, abs=0.02)
         assert errors[-1] < 1e-5
@@ -182,19 +175,14 @@ def test_the_largest_clearance_of_a_free_mass_lies_a_percent_below_its_slow_mani
     assert 1.0 - ours / published == pytest.approx([9.5e-3, 2.0e-3, -8.5e-5], rel=0.05)
 
 
-BETWEEN_WALLS = load_system(
-    "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05, k2=0.0453152,
-    c2=0.0127, e=0.9, omega=1.0464736163637947,
-)  # fmt: skip
+BETWEEN_WALLS = plain_phases.SYSTEM.with_(omega=1.0464736163637947)
 T_6 = [-5.904600292051143, 1.6653780336231168, -5.836300239743613, 3.9872046900516933]
-"""An orbit T,6 beside its folds_of at omega = 1.046565."""
-T_2 = [-1.6313374820442195, 0.2828298996933553, -1.6135583166033252, -1.6467655311720084]
-"""An orbit T,2 at omega = 1.224997."""
+"""An orbit T,6 beside its folds at omega = 1.046565."""
 
 
 def folds_of(system, low, high, start, **options):
     path = continue_branch(system, "omega", (low, high), start, period=1, quiet=True, **options)
-    return path, path.special_points[path.special_points.kind == "LP"]
+    return path, located(path, "LP")
 
 
 def test_a_curve_goes_on_where_an_impact_passes_phase_zero():
@@ -204,7 +192,7 @@ def test_a_curve_goes_on_where_an_impact_passes_phase_zero():
     at_own = np.abs(curve.values[:, 1] - 0.04).argmin()
     assert curve.values[at_own, 0] == pytest.approx(points[0].value, abs=1e-5)
     assert np.abs(curve.multipliers - 1.0).min(axis=1).max() < 1e-5
-    # at c1 = 0.0368 the impact passes phase zero: beyond it, a branch has the same folds_of
+    # at c1 = 0.0368 the impact passes phase zero: beyond it, a branch has the same folds
     i = int(np.abs(curve.values[:, 1] - 0.025).argmin())
     omega, c1 = curve.values[i]
     there = BETWEEN_WALLS.with_(c1=float(c1), omega=float(omega))
@@ -215,7 +203,7 @@ def test_a_curve_goes_on_where_an_impact_passes_phase_zero():
 
 def test_the_orbit_between_states_on_both_sides_of_an_impact_is_found():
     """That of T,2 strikes a wall at phase zero at omega = 1.212808."""
-    omega, state = 1.2249972454229396, T_2
+    omega, state = plain_phases.BEFORE
     path, _ = folds_of(BETWEEN_WALLS.with_(omega=omega), 1.2, 1.23, state)
     (branch,) = path.branches
     speed = branch.states[:, 3]  # of the damper, which an impact turns round

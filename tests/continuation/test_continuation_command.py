@@ -1,14 +1,10 @@
 """The command: archives that survive, pictures, borders, curves, branches beside slow sweeps."""
 
-import signal
-import subprocess
-import sys
-import time
-
 import numpy as np
 import pytest
 import xarray
 from layout import collisions
+from test_closed_forms import located
 
 import nlds_vines as nv
 from nlds_vines import RequestError, continue_branch, load_continuation, load_system, simulate
@@ -20,8 +16,6 @@ from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import read_continuation
 from nlds_vines.loads.picture import envelope
 from nlds_vines.model.linear_response import response
-from nlds_vines.runs.interrupts import Interrupted, Stopped
-from nlds_vines.runs.store import Blocks
 
 pytestmark = pytest.mark.kernels
 
@@ -94,45 +88,6 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     legend.set_in_layout(False)
     assert max(box.y1 for box in words) < min(axes.get_tightbbox().y0 for axes in figure.axes)
     assert collisions(figure) == []
-
-
-def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
-    """Stopped after each branch in turn, and resumed, it ends with the same results."""
-    path, count = tmp_path / "branches.h5", 0
-    plain = Blocks.save
-
-    def save(self, *block):
-        nonlocal count
-        plain(self, *block)
-        count += 1
-        raise Stopped
-
-    monkeypatch.setattr(Blocks, "save", save)
-    request = read_continuation(archive).request
-    for _ in range(20):
-        try:
-            running.run(request, path, running.RunOptions(resume=count > 0))
-        except Interrupted:
-            continue
-        break
-    assert count >= 2
-    whole, pieces = read_continuation(archive).tables, read_continuation(path).tables
-    for name, values in whole.items():
-        assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
-
-
-def test_a_signal_stops_it_and_resume_finishes(tmp_path):
-    path = tmp_path / "branches.h5"
-    command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        while len(list(tmp_path.glob("*.blocks/*.npz"))) < 2 and process.poll() is None:
-            time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate()
-    assert process.returncode == 130, errors
-    assert b"--resume" in errors
-    assert not path.exists()
-    assert len(list(tmp_path.glob("*.blocks/*.npz"))) >= 2
 
 
 def test_an_archive_repeats_itself(archive, tmp_path, answer):
@@ -226,8 +181,8 @@ def jump(first, last, rate):
 
 def test_a_slow_sweep_jumps_behind_the_fold_and_nearer_to_it_the_slower_it_is(folding):
     """The delay of a slow passage through a fold grows with its rate to the power 2/3."""
-    folds = np.sort(folding.special_points.value[folding.special_points.kind == "LP"])
-    upper, lower = folds[-1], folds[0]
+    folds = located(folding, "LP").value
+    upper, lower = folds.max(), folds.min()
     delays = [jump(6.95, 7.3, rate) - upper for rate in RATES]
     assert 0 < delays[1] < delays[0] < 0.02
     assert delays[0] / delays[1] == pytest.approx(4 ** (2 / 3), rel=0.06)

@@ -10,7 +10,6 @@ from matplotlib.colors import to_hex
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import response_curves
-from nlds_vines.bifurcation import run as running
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import main
 from nlds_vines.model.labels import FLAGS
@@ -104,17 +103,6 @@ def test_dampers_are_compared_with_the_structure_alone(here):
 
 
 @pytest.mark.kernels
-def test_the_numbers_are_those_of_a_scan_of_the_same_system(beside_a_scan):
-    _, one = beside_a_scan("ssul-set6", "--set", "P=600", record="impacts,energy")
-    with nv.read("a.h5") as page:
-        assert page["P"].tolist() == [600.0, 600.0]
-        assert page["system"].tolist() == ["none", "ssul-set6"]
-        assert np.isnan(page["C"][0])
-        for name in ("E1max", "E2max", "reduction", "impact_count", "status"):
-            np.testing.assert_array_equal(page[name][1], one[name])
-
-
-@pytest.mark.kernels
 def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
     assert main(["page.toml", "-o", "a.h5", "--plot", "a.png", "--quiet"]) == 0
     assert console(["rerun", "a.h5", "-o", "b.h5", "--quiet"]) == 0
@@ -132,34 +120,19 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, answer, refusal):
 
 
 @pytest.mark.kernels
-def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
-    whole, count = running.Cases.block, []
-
-    def stopped(*arguments):
-        count.append(1)
-        if len(count) == 2:
-            raise KeyboardInterrupt
-        return whole(*arguments)
-
-    monkeypatch.setattr(running.Cases, "block", stopped)
-    assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 130
-    assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 2
-    count.clear()
-    monkeypatch.setattr(running.Cases, "block", lambda *a: count.append(1) or whole(*a))
-    assert main(["page.toml", "-o", "a.h5", "--quiet", "--resume"]) == 0
-    assert len(count) == 2  # of three curves one was there
-    assert main(["page.toml", "-o", "b.h5", "--quiet"]) == 0
-    assert differing("a.h5", "b.h5") == []
-
-
-@pytest.mark.kernels
 def test_curves_show_any_number_of_the_response(beside_a_scan):
     """Beside a scan of the same system, and the closed form of the structure alone."""
     shown = ["x1_max", "v1_rms", "stroke_max", "force_max"]
     also = ["--system", "tmd", "--show", ",".join(shown), "--log"]
-    archive, one = beside_a_scan("ssbl", "--set", "P=1200", record="energy,response", also=also)
+    record = "impacts,energy,response"
+    archive, one = beside_a_scan("ssbl", "--set", "P=1200", record=record, also=also)
     ssbl, tmd = archive["SSbl NES"].numbers, archive["Tuned mass damper"].numbers
-    for name in shown[:3]:
+    with nv.read("a.h5") as page:
+        assert page["P"].tolist() == [1200.0] * 3
+        assert page["system"].tolist() == ["none", "ssbl", "tmd"]
+        assert np.isnan(page["C"][[0, 2]]).all()
+        assert (page["status"] == OK).all()
+    for name in (*shown[:3], "E1max", "E2max", "reduction", "impact_count"):
         assert ssbl[name].tolist() == one[name].tolist(), name
     assert ssbl["force_max"].tolist() == one["force_max"].max(axis=-1).tolist()
     assert np.isnan(tmd["force_max"]).all()

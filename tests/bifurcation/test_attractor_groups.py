@@ -78,8 +78,8 @@ def test_two_tori_are_two_attractors(count):
     """More orbits than are compared in pairs, too; the rare one is found wherever it stands."""
     angles = np.random.default_rng(2).uniform(0, 2 * np.pi, count)
     radii = np.where(np.arange(count) == count // 2 + 1, 0.8, 1.0)
-    states = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
-    states = np.concatenate([states, np.zeros_like(states)], axis=1)
+    zero = np.zeros(count)
+    states = np.stack([radii * np.cos(angles), radii * np.sin(angles), zero, zero], axis=1)
     labels = np.full(count, "quasiperiodic", object)
     for seed in range(2):
         order = np.random.default_rng(seed).permutation(count)
@@ -109,8 +109,8 @@ def at(x, *lanes, label="T,1"):
     )
 
 
-def table_of(*systems):
-    numbering = attractors.Numbering((len(systems),))
+def table_of(*systems, shape=None):
+    numbering = attractors.Numbering(shape or (len(systems),))
     for group in systems:
         numbering.give(group)
     return [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
@@ -139,11 +139,9 @@ def test_numbers_follow_attractors_are_remembered_and_come_with_orbits():
     numbering.give([at(0.0), at(0.5)])
     assert list(numbering.absent([at(0.51)])) == [0]
     # along two parameters the last one is stepped first
-    numbering = attractors.Numbering((2, 2))
-    for group in ([at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]):
-        numbering.give(group)
-    rows = [{k: one.points[0, 0] for k, one in row.items()} for row in numbering.table]
-    assert rows == [{0: 0.0}, {0: 0.05, 1: 0.6}, {0: 0.1, 2: 1.2}, {0: 0.12, 1: 0.62}]
+    groups = [at(0.0)], [at(0.05), at(0.6)], [at(0.1), at(1.2)], [at(0.12), at(0.62)]
+    rows = [{0: 0.0}, {0: 0.05, 1: 0.6}, {0: 0.1, 2: 1.2}, {0: 0.12, 1: 0.62}]
+    assert table_of(*groups, shape=(2, 2)) == rows
 
 
 def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest():
@@ -161,9 +159,8 @@ def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest
     rest = scan.system.rest
     expected = [[1e-3, 0.1, 1e-3 - (x2 - rest), 0.1 + 0.2] for x2 in (0.01, 0.02)]
     assert np.array_equal(starts, expected)
-    scan = nv.load_scan(
-        {**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
-    )
+    changes = {"system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
+    scan = nv.load_scan({**PLANE, **changes})
     assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
 
 

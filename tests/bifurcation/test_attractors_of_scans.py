@@ -33,13 +33,6 @@ def plane(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory):
-    """Return the archive of the plane without attractors."""
-    path = tmp_path_factory.mktemp("basins") / "plain.h5"
-    return nv.scan({**PLANE, "record": {"want": ["regime"]}}, to=path, quiet=True)
-
-
-@pytest.fixture(scope="module")
 def along(tmp_path_factory):
     return nv.scan(ALONG, to=tmp_path_factory.mktemp("basins") / "along.h5", quiet=True)
 
@@ -66,6 +59,9 @@ def test_the_attractors_and_their_energies_are_those_of_the_closed_form_and_of_o
         attractor = view["attractor"]
         energies, points = view["attractor_E1max"], view["attractor_point"]
         assert "attractor_E2max" not in view
+        assert (view["attractor_label"][attractor] == view["label"]).all()
+        assert (view["arrival"] >= 0).all()
+        assert np.median(view["arrival"]) < 100  # of the 720 periods of plain following
     assert np.allclose(np.sort(values, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
     assert shares.tolist() == [(attractor == k).mean() for k in (0, 1)]
     assert (shares > 0.1).all()
@@ -87,16 +83,6 @@ def test_chaos_has_the_energies_of_an_orbit_of_it():
         assert arrays[f"attractor_{name}"][number] == arrays[name][cells, 0][0]
 
 
-def test_labels_are_those_of_plain_following(plane, plain):
-    with nv.read(plane) as view, nv.read(plain) as other:
-        assert (finals(view["label"]) == finals(other["label"])).all()
-        names = view["attractor_label"][view["attractor"]]
-        assert (names == view["label"]).all()
-        arrival = view["arrival"]
-    assert (arrival >= 0).all()
-    assert np.median(arrival) < 100  # of the 720 periods of plain following
-
-
 def test_other_records_do_not_change_the_attractors(plane):
     want = ["section", "energy", "regime", "attractor"]
     other = arrays_of({**PLANE, "record": {"want": want}})
@@ -107,22 +93,6 @@ def test_other_records_do_not_change_the_attractors(plane):
         assert "E1max" in other
         assert "E1max" not in view
         assert "periodicity" not in view
-
-
-def test_shares_are_those_of_random_starts(plane):
-    """10,000 points drawn in the plane end on T,0 as often as its lattice says."""
-    scan = nv.load_scan(PLANE)
-    computer = Computer(scan)
-    points = np.random.default_rng(5).uniform([-2.0, -3.0], [1.0, 3.0], (10_000, 2))
-    starts = np.zeros((10_000, 4))
-    starts[:, :2] = starts[:, 2:] = points
-    cells = np.repeat(scan.cells().ravel()[:1], 10_000)
-    labels = computer.ends.arrays(cells, starts, np.zeros(10_000, np.int64))["label"]
-    low, high = share_interval(int((labels == "T,0").sum()), 10_000, 0.999)
-    with nv.read(plane) as view:
-        share = view["attractor_share"][0]
-    edge = 0.03  # a lattice of 480 cells divides a smooth boundary of about 30 of them
-    assert low - edge < share < high + edge
 
 
 def test_numbers_mean_the_same_along_a_parameter(along):
@@ -162,7 +132,7 @@ def test_the_orbit_of_a_cell_and_of_the_page_begins_where_the_axes_say(plane):
     assert [spec.name for spec in sliders_of(archive)][:2] == ["x_0", "v_0"]
 
 
-def test_a_plane_has_measures_and_random_starts_an_interval(plane, plain, along, error_of):
+def test_a_plane_has_measures_and_random_starts_an_interval(plane, along, error_of):
     measures = nv.basin_measures(plane, side=10)
     assert [basin.label for basin in measures.basins] == ["T,0", "T,1"]
     assert sum(basin.share for basin in measures.basins) == pytest.approx(1.0)
@@ -191,6 +161,8 @@ def test_a_plane_has_measures_and_random_starts_an_interval(plane, plain, along,
         assert (basin.low, basin.high) == share_interval(basin.count, 200)
     assert measures.entropy is None
     # along a parameter, a value of it is given
+    one = {"vary": {"v_0": {"values": [0.0]}}, "record": {"want": ["regime"]}}
+    plain = nv.scan({**PLANE, **one}, quiet=True)
     assert "attractor 1, T,1" in repr(nv.basin_measures(along, P=0.51))
     for archive, place, words in (
         (plain, {}, "holds no attractor: scan with --record attractor"),

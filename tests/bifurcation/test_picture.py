@@ -353,7 +353,6 @@ def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_f
 
 
 def lightness(mesh, value):
-    """Return how light a value is drawn, from 0 to 1."""
     return float(np.dot(mesh.cmap(mesh.norm(value))[:3], (0.299, 0.587, 0.114)))
 
 

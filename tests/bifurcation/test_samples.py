@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from configurations import USUAL
-from matplotlib import pyplot
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
@@ -14,12 +13,12 @@ from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.axis import samples_of
 
 SAMPLING = {"transient": 8, "periods": 6, "effort": "quick"}
-COLUMNS = {
+VARIED = {
     "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4],
     "zeta2": [0.02, 0.05, 0.03, 0.02],
     "f": [1.0, 1.1, 0.95, 1.05],
-    "x1_0": [0.0, 0.1, 0.0, -0.1],
 }
+COLUMNS = {**VARIED, "x1_0": [0.0, 0.1, 0.0, -0.1]}
 
 
 def scan_of(columns=COLUMNS, **changes):
@@ -37,13 +36,10 @@ def test_each_sample_is_the_scan_of_its_own_parameters():
     assert scan.shape == (4,)
     (block,) = blocks_of(scan)
     results = Computer(scan).block(block)
-    for i in range(4):
-        row = {name: float(values[i]) for name, values in COLUMNS.items()}
-        start = row.pop("x1_0")
-        system = nv.load_system("ssul-set6").with_(**row)
-        orbit = nv.simulate(
-            system, 6, transient=8, start=(start, 0.0, system.rest, 0.0), quiet=True
-        )
+    for i, (start, *row) in enumerate(zip(COLUMNS["x1_0"], *VARIED.values(), strict=True)):
+        system = nv.load_system("ssul-set6", **dict(zip(VARIED, row, strict=True)))
+        state = start, 0.0, system.rest, 0.0
+        orbit = nv.simulate(system, 6, transient=8, start=state, quiet=True)
         assert np.array_equal(orbit.section, results["section"][i, 0])
 
 
@@ -64,20 +60,17 @@ def test_the_archive_has_the_table_gives_back_each_orbit_and_does_not_depend_on_
         view.to_csv(tmp_path / "draws.csv")
         head = (tmp_path / "draws.csv").read_text().partition("\n")[0]
         assert head.startswith(f"sample,start,{','.join(sorted(COLUMNS))},")
-        sections = view["section"]
+        sections, energies = view["section"], view["E1max"]
     orbit = nv.orbit_of(scan, sample=3, quiet=True)
     assert np.array_equal(orbit.section, sections[2, 0])
     assert orbit.system.ratios["f"] == pytest.approx(0.95)
     assert scan.request == scan_of(title=scan.request.title)
     # blocks and threads change nothing
-    whole = nv.scan("ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True)
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 14)
     assert len(blocks_of(scan_of())) == 4
-    parts = nv.scan(
-        "ssul-set6", samples=COLUMNS, record=list(USUAL), sampling=SAMPLING, quiet=True, threads=2
-    )
-    with whole.read() as one, parts.read() as other:
-        assert all(np.array_equal(one[name], other[name]) for name in ("section", "E1max"))
+    with nv.scan(scan_of(), quiet=True, threads=2).read() as parts:
+        assert np.array_equal(parts["section"], sections)
+        assert np.array_equal(parts["E1max"], energies)
 
 
 def test_values_are_part_of_the_hash():
@@ -174,13 +167,9 @@ def test_the_command_computes_and_draws_a_file(here, answer, refusal):
         panels = PICTURE.names(view)
         assert [*panels][:4] == ["E1max", "E1max:exceedance", "E1max:f", "E1max:k1"]
         assert "regimes" in panels
-        figure = PICTURE.figure(view)
-        try:
-            assert len(figure.axes) == 5
-            share = figure.axes[1].lines[0].get_ydata()
-            assert share.tolist() == pytest.approx([1.0, 2 / 3, 1 / 3])
-            dots = figure.axes[3].lines
-            along = np.concatenate([line.get_xdata() for line in dots])
-            assert sorted(along.tolist()) == [3.9e4, 4.0e4, 4.1e4]
-        finally:
-            pyplot.close(figure)
+        axes = PICTURE.figure(view).axes
+    assert len(axes) == 5
+    share = axes[1].lines[0].get_ydata()
+    assert share.tolist() == pytest.approx([1.0, 2 / 3, 1 / 3])
+    along = np.concatenate([line.get_xdata() for line in axes[3].lines])
+    assert sorted(along.tolist()) == [3.9e4, 4.0e4, 4.1e4]

@@ -4,10 +4,12 @@ import itertools
 import math
 from types import SimpleNamespace
 
+import inertial
 import mpmath
 import numpy as np
 import pytest
 from flights import C1, C2, CONTACT, LOAD, fly, load_of_kernels, longest_cell
+from inertial import V1, V2, X1, X2
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support import references, system_of
@@ -266,56 +268,44 @@ CHANGES = {
     "linear": {"law": "linear", "kc": 2e4, "cc": 0.0},
     "restitution": {"law": "restitution", "e": 0.6},
 }
-STIFF = {"hertz": (1e7, 1.5), "linear": (2e4, 1.0), "restitution": (0.0, 1.0)}  # K z^n
 LAST = 0.25  # [s]
 
 
-class Twin:
-    """A structure and a damper with one wall, y = (x1, v1, x2, v2), from event to event."""
+class Twin(inertial.Twin):
+    """A structure and a damper with one wall, from event to event."""
 
-    def __init__(self, law, **changes):
-        self.system = load_system("ssul-set6", **CHANGES[law], **changes)
-        self.law, self.p, self.touches = law, self.system.parameters, []
-        self.gap = float(self.system.cell.near)
+    def __init__(self, law, force, ground=lambda t: 0.0, **changes):
+        self.system, self.touches = load_system("ssul-set6", **CHANGES[law], **changes), []
+        super().__init__(self.system, force, ground)
 
-    def closing(self, y):
-        """Return how far r = x1 - x2 + rest is beyond the wall, and its rate."""
-        return y[0] - y[2] + self.system.rest - self.gap, y[1] - y[3]
+    def start(self, v1):
+        return np.array([0.0, v1, self.rest, 0.0, 0.0, 0.0])
 
-    def rate(self, _, y, force, shaking, pressed):
-        p, (z, s), (K, n) = self.p, self.closing(y), STIFF[self.law]
-        push = p["k2"] * (z + self.gap) + p["c2"] * s
-        if pressed and z > 0.0:
-            push += K * z**n
-        push_on_structure = force(_) - p["k1"] * y[0] - p["c1"] * y[1] - push
-        return y[1], push_on_structure / p["m1"] - shaking, y[3], push / p["m2"] - shaking
+    def integrands(self, *_):
+        return []
 
-    def solve(self, y, begin, end, force, shaking=0.0, pressed=False, events=None):
-        return solve_ivp(
-            self.rate, (begin, end), y, "DOP853", rtol=1e-12, atol=1e-14, events=events,
-            args=(force, shaking, pressed),
-        )  # fmt: skip
+    def solve(self, y, begin, end, **options):
+        return solve_ivp(self.slopes, (begin, end), y, "DOP853", rtol=1e-12, atol=1e-14, **options)
 
-    def follow(self, y, begin, end, force, pressed=False):
+    def follow(self, y, begin, end, pressed=False):
         """Return the state at the end, and whether the wall is pressed there; note touches."""
+
+        def depth(_, y):
+            return self.walls(y[X1], y[X2] - y[X1])[0][0]
+
+        depth.terminal = True
         while begin < end:
-            z, s = self.closing(y)
-            if not pressed and abs(z) < 1e-11 and s > 0.0:
+            closing = y[V1] - y[V2]
+            if not pressed and abs(depth(begin, y)) < 1e-11 and closing > 0.0:
                 self.touches.append(begin)
-                if self.law == "restitution":
-                    by = (1.0 + self.p["e"]) * s / (1.0 / self.p["m1"] + 1.0 / self.p["m2"])
-                    y = y - np.array([0.0, by / self.p["m1"], 0.0, -by / self.p["m2"]])
-                else:
-                    pressed = True
-
-            def crossing(_, y, *args):
-                return self.closing(y)[0]
-
-            crossing.terminal, crossing.direction = True, -1.0 if pressed else 1.0
-            solution = self.solve(y, begin, end, force, pressed=pressed, events=crossing)
+                pressed = not self.rigid
+                if self.rigid:
+                    by = (1.0 + self.p["e"]) * closing / (1.0 / self.m1 + 1.0 / self.m2)
+                    y = y - np.array([0.0, by / self.m1, 0.0, -by / self.m2, 0.0, 0.0])
+            depth.direction = -1.0 if pressed else 1.0
+            solution = self.solve(y, begin, end, events=depth)
             begin, y = solution.t[-1], solution.y[:, -1]
-            if solution.status == 1:
-                pressed = False
+            pressed &= solution.status != 1
         return y, pressed
 
 
@@ -330,29 +320,30 @@ def load_with(twin, pieces, jumps):
     return load_of(edges, np.array(rows), np.array(sizes))
 
 
-def flown(twin, pieces, jumps):
-    return fly(twin.system, load_with(twin, pieces, jumps))
+def steady(force):
+    return lambda t: force
 
 
 @pytest.mark.parametrize("blow", [0.5, -0.4, 0.0, -1.5])
 @pytest.mark.parametrize("law", CHANGES)
 def test_a_blow_or_a_kink_at_a_touch_makes_no_other_impact(law, blow):
     """The force changes there, too. Exactly at the touch, an ulp before it and an ulp after it."""
-    first = flown(Twin(law), [(LAST, 50.0)], [1.0, 0.0]).impacts["touch"][0]
+    twin = Twin(law, steady(50.0))
+    first = fly(twin.system, load_with(twin, [(LAST, 50.0)], [1.0, 0.0])).impacts["touch"][0]
     expected = []  # the touch before the blow, or after it
     for late in (False, True):
-        twin = Twin(law)
-        start = np.array([0.0, 1.0, twin.system.rest, 0.0])
-        y, pressed = twin.follow(start, 0.0, first * (1.0 + 1e-12) + 1e-13, lambda _: 50.0)
+        twin, pressed = Twin(law, steady(50.0)), False
         if late:
-            twin = Twin(law)
-            solution = twin.solve(start, 0.0, first, lambda _: 50.0)
-            y, pressed = solution.y[:, -1], False
-        y = y + np.array([0.0, blow, 0.0, 0.0])
-        y, _ = twin.follow(y, first, LAST, lambda _: -70.0, pressed)
-        expected.append((len(twin.touches), y))
+            y = twin.solve(twin.start(1.0), 0.0, first).y[:, -1]
+        else:
+            y, pressed = twin.follow(twin.start(1.0), 0.0, first * (1.0 + 1e-12) + 1e-13)
+        y[V1] += blow
+        twin.force = steady(-70.0)
+        y, _ = twin.follow(y, first, LAST, pressed)
+        expected.append((len(twin.touches), y[:4]))
     for at in (first, np.nextafter(first, 0.0), np.nextafter(first, 1.0)):
-        solution = flown(Twin(law), [(at, 50.0), (LAST, -70.0)], [1.0, blow, 0.0])
+        pieces = load_with(twin, [(at, 50.0), (LAST, -70.0)], [1.0, blow, 0.0])
+        solution = fly(twin.system, pieces)
         assert len(solution.impacts) in [count for count, _ in expected]
         errors = [np.abs(solution.state - y).max() for count, y in expected
                   if count == len(solution.impacts)]  # fmt: skip
@@ -372,17 +363,17 @@ def test_a_damper_that_rests_on_its_wall_is_pressed_by_and_by(law):
     """At C = 0 its relative acceleration begins at zero, under shaking and under a force."""
     ramp, end = 400.0, 0.12
     for pushes in (True, False):
-        twin = Twin(law, C=0.0)
         if pushes:
+            twin = Twin(law, lambda t: ramp * t, C=0.0)
             edges = grid(twin.system, end=end)
             load = load_of(edges, np.stack([ramp * edges[:-1], ramp * np.diff(edges)], axis=1))
         else:
+            twin = Twin(law, steady(0.0), steady(0.25), C=0.0)
             load = shaken_by(-0.25, twin.system, end)
         flight = fly(twin.system, load)
-        start = np.array([0.0, 0.0, twin.system.rest, 0.0])
-        force = (lambda t: ramp * t) if pushes else (lambda _: 0.0)
-        y = twin.solve(start, 0.0, end, force, 0.0 if pushes else 0.25, True).y[:, -1]
-        np.testing.assert_allclose(flight.state, y, rtol=0, atol=1e-10)
+        x1, v1, x2, v2, y, w = twin.solve(twin.start(0.0), 0.0, end).y[:, -1]
+        expected = [x1 - y, v1 - w, x2 - y, v2 - w]
+        np.testing.assert_allclose(flight.state, expected, rtol=0, atol=1e-10)
         assert len(flight.impacts) == 1
 
 
@@ -417,7 +408,7 @@ def test_two_walls_without_clearance_are_mirror_images():
 
 def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
     """A twentieth of the way from E1 at the touch to that at the release."""
-    twin, end = Twin("hertz"), 0.11
+    twin, end = Twin("hertz", steady(0.0)), 0.11
     load = load_with(twin, [(end, 0.0)], [1.0, 0.0])
     checked, parts = load_of_kernels(load), parts_of("exact", twin.system.scene)
     cell, state = twin.system.cell, np.zeros(STATE_SIZE)
@@ -425,16 +416,11 @@ def test_the_last_time_inside_a_contact_is_where_e1_falls_through_the_level():
     assert fly_under(parts, cell, checked, state, buffers) == OK
     touch, release = buffers.impacts.data[0, [TOUCH, RELEASE]]
 
-    start, p = np.array([0.0, 1.0, twin.system.rest, 0.0]), twin.p
-    y, _ = twin.follow(start, 0.0, touch, lambda _: 0.0)
-    run = solve_ivp(
-        twin.rate, (touch, release), y, "DOP853", rtol=1e-12, atol=1e-14, dense_output=True,
-        args=(lambda _: 0.0, 0.0, True),
-    )  # fmt: skip
+    y, _ = twin.follow(twin.start(1.0), 0.0, touch)
+    run = twin.solve(y, touch, release, dense_output=True)
 
     def energy(t):
-        x1, v1 = run.sol(t)[:2]
-        return 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2)
+        return twin.energies(run.sol(t))[0]
 
     level = 0.95 * energy(touch) + 0.05 * energy(release)
     expected = brentq(lambda t: energy(t) - level, touch, release, xtol=1e-15)

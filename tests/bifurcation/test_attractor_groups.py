@@ -44,7 +44,9 @@ def groups_of(labels, states, order, sections=cycling):
     return {frozenset(attractor.lanes.tolist()) for attractor in system.attractors}, system
 
 
-def test_labels_say_what_is_periodic():
+def test_labels_say_what_is_periodic_and_a_sample_is_judged_where_it_is_less_than_half():
+    assert attractors.sample_size(nv.load_scan(PLANE)) == 200
+    assert attractors.sample_size(nv.load_scan(ALONG)) == 0  # half of its 30 starts
     labels = ("T,0", "3T,12", "chaos", "quasiperiodic", "undetermined", "failed", "")
     assert [attractors.period_of(label) for label in labels] == [1, 3, 0, 0, -1, -1, -1]
     assert [attractors.impacts_of(label) for label in labels[:3]] == [0, 12, -1]
@@ -162,12 +164,6 @@ def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest
     changes = {"system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
     scan = nv.load_scan({**PLANE, **changes})
     assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
-
-
-def test_a_sample_is_judged_where_it_is_less_than_half():
-    assert attractors.sample_size(nv.load_scan(PLANE)) == 200
-    # half of its 30 starts would be judged first
-    assert attractors.sample_size(nv.load_scan(ALONG)) == 0
 
 
 @pytest.mark.parametrize(

@@ -280,8 +280,10 @@ def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, plane):
     assert one["attractor_share"].tolist() == all_of["attractor_share"][same].tolist()
 
 
-def test_it_keeps_its_number_along_a_parameter(sample_of_one):
-    arrays = arrays_of(ALONG)
+def test_it_keeps_its_number_along_a_parameter_also_in_shards(sample_of_one, tmp_path):
+    whole = nv.scan(ALONG, to=tmp_path / "whole.h5", quiet=True)
+    with whole.read() as view:
+        arrays = {name: view[name] for name in view.names}
     labels = arrays["attractor_label"]
     assert (arrays["attractor"] >= 0).all()
     for k in range(labels.shape[1]):
@@ -290,16 +292,13 @@ def test_it_keeps_its_number_along_a_parameter(sample_of_one):
     assert labels.shape[1] == 2
     names = labels[np.arange(4)[:, np.newaxis], arrays["attractor"][..., 0]]
     assert np.array_equal(names, arrays["label"][..., 0])
-
-
-def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
-    nv.scan(ALONG, to=tmp_path / "whole.h5", quiet=True)
+    # shards make the same archive
     scan, path = tmp_path / "scan.toml", tmp_path / "parts.h5"
     scan.write_text(nv.load_scan(ALONG).to_toml())
     command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
     assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
     assert main([*command, "--shard", "1/2"]) == 0
-    assert differing(tmp_path / "whole.h5", path) == []
+    assert differing(whole, path) == []
 
 
 def test_chaos_that_was_missed_has_a_number(sample_of_one):

@@ -39,21 +39,19 @@ def scan(system="ssul-set6", want=WANTS, start="rest", vary=None):
         ("ssul-set6", "energy", "E1max E2max reduction"),
         ("ssul-set6", "regime", "periodicity impact_count regime label"),
         ("ssul-set6", "clearance", "clearance"),
+        ("ssul-set6", "impacts regime", "impact_count impact_rate periodicity regime label"),
         ("tmd", "energy regime", "E1max E2max reduction periodicity regime label"),
         ("none", "energy", "E1max"),
     ],
 )
 def test_each_want_brings_the_datasets_that_its_scene_can_have(system, want, expected):
-    assert set(scan(system, want.split()).table.datasets) == {*expected.split(), "status"}
-
-
-def test_each_scene_has_its_components():
-    assert list(scan(want=["impacts", "regime"]).table.datasets).count("impact_count") == 1
-    assert scan("none", ["section"]).system.scene.components == ("x1", "v1")
-    assert scan().system.scene.components == ("x1", "v1", "x2", "v2")
+    datasets = scan(system, want.split()).table.datasets
+    assert sorted(datasets) == sorted([*expected.split(), "status"])
 
 
 def test_dimensions_are_axes_start_and_tail_and_scales_agree_with_them():
+    assert scan("none", ["section"]).system.scene.components == ("x1", "v1")
+    assert scan().system.scene.components == ("x1", "v1", "x2", "v2")
     vary = {"omega": {"values": [5.0, 6.0]}, "P": {"values": [1.0, 2.0, 3.0]}}
     request = scan(vary=vary, start={"policy": "random", "count": 5, "seed": 1})
     by_name = request.table.datasets
@@ -132,13 +130,9 @@ def test_a_scan_knows_how_long_it_watches_and_tells_it_of_chaos_alone():
     assert in_legend("chaos", archive) == f"chaos (for {300 + 120 + 51_000} T)"
     assert in_legend("3T,2", archive) == "3T,2"
     assert in_legend("chaos → T,0", archive) == "chaos → T,0"
-
-
-def test_the_bound_is_that_of_the_exponential_law():
+    # the bound is that of the exponential law
     least = least_lifetime(3720)
     assert np.exp(-3720 / least) == pytest.approx(0.05, rel=1e-12)
-    lifetimes = np.random.default_rng(1).exponential(least, 200_000)
-    assert (lifetimes > 3720).mean() == pytest.approx(0.05, abs=0.002)
     assert least_lifetime(3720, 0.5) > least
 
 

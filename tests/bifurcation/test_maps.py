@@ -12,7 +12,6 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.bifurcation.picture.maps import IN_TITLE, manifold_bounds
-from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import page_of
 from nlds_vines.plotting.palette import COUNTS, color_of
 from nlds_vines.plotting.style import NO_VALUE
@@ -76,12 +75,10 @@ def test_two_attractors_of_one_label_have_two_names_and_two_colors(plane):
     assert {color_of("T,1"), color_of("3T,2")} <= shades
     lines = [line.get_xydata().tolist() for line in figure.axes[0].lines]
     assert lines == [[[0.25, 0.5]], [[0.75, 0.5]]]  # the third lies outside
-
-
-def test_other_pictures_are_drawn_on_request(plane):
-    assert legend_in(PICTURE.figure(plane, "regimes")) == ["T,1"]
-    figure = PICTURE.figure(plane, "basins", ax=PICTURE.figure(plane, "regimes").axes[0])
-    assert "3T,2" in legend_in(figure)
+    # other pictures are drawn on request
+    regimes = PICTURE.figure(plane, "regimes")
+    assert legend_in(regimes) == ["T,1"]
+    assert "3T,2" in legend_in(PICTURE.figure(plane, "basins", ax=regimes.axes[0]))
 
 
 def test_shares_stand_upon_each_other(tmp_path):
@@ -113,17 +110,16 @@ def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):
 
 
 @pytest.mark.kernels
-def test_what_has_no_basins_is_told(tmp_path):
+def test_what_has_no_basins_is_told(tmp_path, error_of):
     axes = {"omega": np.linspace(1, 2, 6), "P": np.linspace(1, 2, 6)}
     numbers, labels = np.zeros((6, 6, 1), np.int32), np.full((6, 6, 1), "T,0")
     with made(tmp_path / "n.h5", axes, numbers, labels) as view:
         assert legend_in(PICTURE.figure(view)) == ["T,1"]  # the usual map
-        with pytest.raises(RequestError, match="vary two initial conditions, or one parameter"):
-            PICTURE.figure(view, "basins")
-    scan = scan_of("none", ["energy"], {"omega": [1.0, 2.0]})
-    path = nv.scan(scan, to=tmp_path / "e.h5", quiet=True)
-    with pytest.raises(RequestError, match="needs attractors: scan with --record attractor"):
-        path.plot("basins")
+        line = error_of(PICTURE.figure, view, "basins")
+    assert "vary two initial conditions, or one parameter" in line
+    path = nv.scan(scan_of("none", ["energy"], {"omega": [1.0, 2.0]}), quiet=True)
+    line = error_of(path.plot, "basins")
+    assert "needs attractors: scan with --record attractor" in line
 
 
 OMEGA = {"omega": {"start": 0.93, "stop": 1.01, "num": 9}}
@@ -190,7 +186,7 @@ def test_they_are_drawn_over_any_map_of_omega(modulated, tmp_path):
         (
             {**OMEGA, "C": {"start": 50.0, "stop": 80.0, "num": 9}},
             ["modulation"],
-            "C = 50.0 and D = 75.0.*C = D",
+            "C = 50.0 and D = 75.0",
         ),
         (OMEGA, ["modulation"], "over maps; curves: response-curves --manifold"),
         (
@@ -200,8 +196,7 @@ def test_they_are_drawn_over_any_map_of_omega(modulated, tmp_path):
         ),
     ],
 )
-def test_what_has_no_closed_form_is_refused(vary, want, words, tmp_path):
+def test_what_has_no_closed_form_is_refused(vary, want, words, tmp_path, error_of):
     system = "vi-nes" if want == ["modulation"] else "ssul-set6"
     path = archive_of(tmp_path / "map.h5", want, vary, system)
-    with pytest.raises(nv.RequestError, match=words):
-        nv.plot(path, manifold=True)
+    assert words in error_of(nv.plot, path, manifold=True)

@@ -19,7 +19,6 @@ from nlds_vines.bifurcation.picture import diagram
 from nlds_vines.bifurcation.picture.choices import Slice
 from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
 from nlds_vines.plotting.page import TWO_COLUMNS, page_of
@@ -142,7 +141,8 @@ def test_figure_8_has_panels_symbols_units_and_colors_and_the_dots_of_the_archiv
             assert cloud.get_linestyle() == "None"
 
 
-def test_regimes_are_named_without_overlaps_and_gaps_in_knowledge_are_hatched(usual):
+def test_regimes_are_named_without_overlaps_and_gaps_in_knowledge_are_hatched(usual, picture):
+    assert named(picture(vary={"omega": [6.0]})) == ["T,1"]  # one value is a diagram, too
     figure = drawn(usual)
     (strip,) = strips(figure)
     assert named(figure) == [
@@ -210,10 +210,6 @@ def test_whatever_is_recorded_is_drawn(picture, system, want, panels):
     assert len(labels) == len(panels)
     for label, expected in zip(labels, panels, strict=True):
         assert label.startswith(expected)
-
-
-def test_a_single_value_is_a_diagram_too(picture):
-    assert named(picture(vary={"omega": [6.0]})) == ["T,1"]
 
 
 def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
@@ -350,6 +346,11 @@ def test_a_map_of_periods_has_the_colors_of_regimes_and_is_pale_where_none_was_f
     assert legend_of(axes) == ["none found"]
     names = [text.get_text() for text in bar.get_yticklabels()]
     assert names == ["1", "2", "3", "4", "5", "6 or more"]
+    # of regimes, too, long periods share a name
+    words = np.array(["T,1", "9T,6", "36T,28", "T,1"], object)
+    (axes,) = picture(["regime"], MAP, label=columns(np.repeat(words, [3, 6, 3, 18]))).axes
+    assert legend_of(axes) == ["T,1", "6T and longer"]
+    assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
 
 
 def lightness(mesh, value):
@@ -375,7 +376,7 @@ def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(picture):
     assert not bar.get_lines()
 
 
-def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_otherwise(tmp_path):
+def test_numbers_that_span_decades_have_shades_by_logarithm_unless_told(tmp_path, error_of):
     many, few = columns(np.geomspace(1.0, 500.0, 30)), columns(np.linspace(2.0, 3.0, 30))
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, E1max=many, E2max=few)
     for show, norm in (
@@ -386,10 +387,8 @@ def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_othe
         assert type(mesh_of(axes).norm) is norm, show
         low, high = bar.get_ylim()
         assert sum(low <= tick <= high for tick in bar.get_yticks()) >= 3
-    with pytest.raises(RequestError, match="unknown show 'E9max'; did you mean"):
-        drawn(path, "log:E9max")
-    with pytest.raises(RequestError, match="it takes numbers above 0"):
-        drawn(path, "log:reduction")
+    assert "unknown show 'E9max'; did you mean" in error_of(drawn, path, "log:E9max")
+    assert "it takes numbers above 0" in error_of(drawn, path, "log:reduction")
 
 
 def test_a_curve_joins_no_two_regimes(picture):
@@ -430,13 +429,6 @@ def test_dots_that_cover_a_panel_many_times_shine_through():
     assert few.get_markersize() > many.get_markersize()
 
 
-def test_long_periods_share_a_name_on_a_map(picture):
-    words = np.array(["T,1", "9T,6", "36T,28", "T,1"], object)
-    (axes,) = picture(["regime"], MAP, label=columns(np.repeat(words, [3, 6, 3, 18]))).axes
-    assert legend_of(axes) == ["T,1", "6T and longer"]
-    assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
-
-
 def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(picture):
     vary = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}, "P": [600.0, 800.0]}
     figure = picture(vary=vary)
@@ -459,9 +451,7 @@ def test_sweeps_at_a_few_values_have_dots_up_and_rings_down(picture):
     assert legend_of(energy) == ["$P=600$ N", "$P=800$ N", "up", "down"]
     rings = [str(line.get_markerfacecolor()) == "none" for line in energy.get_lines()]
     assert rings == [False, True, False, True]
-
-
-def test_equal_energies_alone_are_no_common_orbit(picture):
+    # equal energies alone are no common orbit
     equal = dict.fromkeys(("E1max", "E2max", "reduction"), np.arange(151.0)[:, None])
     figure = picture(["energy"], start=BOTH, **equal)
     names = [name for axes in figure.axes if axes.get_legend() for name in legend_of(axes)]
@@ -616,7 +606,7 @@ def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
     with read(usual) as view:
         scan_hash = view.attrs["scan_hash"]
     first, second = tmp_path / f"a.{form}", tmp_path / f"b.{form.upper()}"
-    assert PICTURE.save(usual, first) == first
+    PICTURE.save(usual, first)
     PICTURE.save(usual, second)
     content = first.read_bytes()
     assert scan_hash.encode() in content
@@ -685,18 +675,16 @@ def test_spread_places_keep_their_distance_order_and_range(wanted):
 
 def test_colors_tell_regimes_apart_in_the_order_of_periods_and_impacts():
     labels = ["chaos", "undetermined", "failed", "T,1", "12T,9", "2T,1", "T,0", "2T,2",
-              "quasiperiodic", "transient chaos to T,0"]  # fmt: skip
+              "quasiperiodic", "transient chaos to T,1", LATE]  # fmt: skip
     colors = palette.colors(labels)
     assert len(set(colors.values())) == len(labels)
     assert palette.ordered(labels) == [
         *("T,0", "T,1", "2T,1", "2T,2", "12T,9"),
-        *("quasiperiodic", "chaos", "transient chaos to T,0", "undetermined", "failed"),
+        *("quasiperiodic", "chaos", LATE, "transient chaos to T,1", "undetermined", "failed"),
     ]
     assert palette.is_dark(colors["chaos"])
     assert not palette.is_dark(colors["T,0"])
-    colors = palette.colors(["T,0", "T,1", LATE, "transient chaos to T,1"])
-    assert len(set(colors.values())) == 4
-    assert palette.colors([LATE])[LATE] == palette.colors(["T,0", LATE])[LATE]
+    assert palette.colors([LATE])[LATE] == colors[LATE]
     assert palette.period_and_impacts("3T,2") == (3, 2)
     assert palette.period_and_impacts("T,0") == (1, 0)
     assert palette.period_and_impacts("chaos") is None

@@ -216,11 +216,9 @@ def test_beyond_the_best_clearance_there_is_no_sustained_motion():
     assert (arrays["amplitude_min"][strong] < 0.1 * arrays["amplitude_max"][strong]).all()
     low, high = (arrays[name][~strong] for name in ("amplitude_min", "amplitude_max"))
     np.testing.assert_allclose(low, high, rtol=1e-2)
-
-
-def test_the_criterion_is_by_impacts_a_period():
-    section = np.zeros((5, 1, 200, 4))
+    # the criterion is by impacts a period
     counts = np.array([[0, 0, 0], [200, 197, 0], [200, 198, 0], [201, 201, 0], [400, 10, 0]])
+    section = np.zeros((5, 1, 200, 4))
     capture = modulation_of(section, np.ones((5, 1)), counts[:, np.newaxis])["capture"]
     assert capture.ravel().tolist() == [0, 1, 2, 2, 3]
 

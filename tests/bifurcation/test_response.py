@@ -3,18 +3,12 @@
 import numpy as np
 import pytest
 
-from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.request import load_scan
+from nlds_vines import System, load_scan, load_system, load_tuning, read, simulate, tune
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
-from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.scenes import scene_of
-from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.tuning.command import tune
-from nlds_vines.tuning.request import load_tuning
 from scans import computed, scan_of
 
 OMEGAS = [6.0, 6.28]

@@ -5,10 +5,9 @@ import pytest
 from configurations import USUAL
 
 import nlds_vines as nv
-from nlds_vines.archives.archive import read
+from nlds_vines import load_scan, read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.axis import samples_of
 
@@ -71,11 +70,6 @@ def test_the_archive_has_the_table_gives_back_each_orbit_and_does_not_depend_on_
     with nv.scan(scan_of(), quiet=True, threads=2).read() as parts:
         assert np.array_equal(parts["section"], sections)
         assert np.array_equal(parts["E1max"], energies)
-
-
-def test_values_are_part_of_the_hash():
-    other = {**COLUMNS, "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4 + 1e-9]}
-    assert scan_of().hash == scan_of(title="another").hash != scan_of(other).hash
 
 
 def test_files_frames_and_arrays_mean_the_same(tmp_path):
@@ -144,7 +138,9 @@ def test_tables_that_do_not_fit_are_refused(changes, words, error_of):
     assert words in error_of(scan_of, **changes)
 
 
-def test_options_replace_the_axes_of_a_file_and_its_samples():
+def test_options_replace_axes_and_samples_and_values_are_part_of_the_hash():
+    other = {**COLUMNS, "k1": [4.0e4, 4.2e4, 3.8e4, 4.0e4 + 1e-9]}
+    assert scan_of().hash == scan_of(title="another").hash != scan_of(other).hash
     axes = {"vary": {"omega": {"values": [5.0, 6.0]}}}
     assert load_scan("tmd", {"samples": {"k1": [4e4]}}).varied == ("k1",)
     assert load_scan(load_scan("tmd", axes), {"samples": {"k1": [4e4]}}).varied == ("k1",)

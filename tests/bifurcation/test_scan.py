@@ -11,10 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import nlds_vines as nv
+from nlds_vines import RequestError, Scan, load_scan
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
-from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.scenes import SCENES
@@ -54,7 +53,11 @@ def test_what_is_not_said_is_usual_and_what_is_said_counts_in_its_order():
     vary = {"k1": {"start": 3e4, "stop": 4e4, "num": 3}, "C": {"values": [0.1, 0.2]}}
     scan = load_scan({**MINIMAL, "vary": vary})
     assert scan.axes == (Axis("k1", [3e4, 3.5e4, 4e4]), Axis("C", [0.1, 0.2]))
-    assert scan.shape == (3, 2)
+    cells = scan.cells()
+    assert (cells.shape, cells.dtype) == (scan.shape, CELL) == ((3, 2), CELL)
+    assert cells["k1"].tolist() == [[3e4, 3e4], [3.5e4, 3.5e4], [4e4, 4e4]]
+    assert cells["near"].tolist() == [[0.1, 0.2]] * 3
+    assert np.all(cells["P"] == 800)
     # wants are kept in one order
     one, other = (
         load_scan({**MINIMAL, "record": {"want": want}})
@@ -90,15 +93,15 @@ def test_changes_override_entry_by_entry_a_scan_or_a_file():
     assert load_scan(plain, changes) == load_scan(MINIMAL, changes)
 
 
-def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains():
+def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains(error_of):
     document = {**MINIMAL, "record": {"want": ["impacts", "energy"]}}
     assert load_scan(document, {"system": "tmd"}).want == ("energy",)
     assert load_scan({**document, "system": "tmd"}).want == ("energy",)
     asked = {"system": "tmd", "record": {"want": ["clearance", "section"]}}
     assert load_scan(document, asked).want == ("section",)
     for want in (["impacts"], ["clearance", "impacts"]):
-        with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
-            load_scan({**MINIMAL, "system": "tmd", "record": {"want": want}})
+        tmd = {**MINIMAL, "system": "tmd", "record": {"want": want}}
+        assert "want 'impacts' cannot be had" in error_of(load_scan, tmd)
 
 
 def test_a_title_that_is_true_no_more_is_replaced():
@@ -147,13 +150,12 @@ def test_contradictions_and_what_cannot_be_recorded_are_refused(below, above, me
         ((Axis("P", [1]), Axis("P", [2])), "varied parameters: P, P"),
         ((Axis("D", [1]),), "kind 'ssul' has no parameter 'D'"),
         ((Axis("omega", [-1, 1]),), "omega = -1.0 is not allowed"),
-        ((Axis("nu1", [0.1, 0.2, 0.6]),), r"nu1 = 0\.6 is not allowed"),
-        ((Axis("A", [0, 1, 2]), Axis("B", [0, 1, 2])), r"A \+ B must be > 0"),
+        ((Axis("nu1", [0.1, 0.2, 0.6]),), "nu1 = 0.6 is not allowed"),
+        ((Axis("A", [0, 1, 2]), Axis("B", [0, 1, 2])), "A + B must be > 0"),
     ],
 )
-def test_a_scan_checks_its_axes(axes, message):
-    with pytest.raises(RequestError, match=message):
-        dataclasses.replace(load_scan(MINIMAL), axes=axes)
+def test_a_scan_checks_its_axes(axes, message, error_of):
+    assert message in error_of(dataclasses.replace, load_scan(MINIMAL), axes=axes)
 
 
 NUMBERS = st.floats(1e-3, 1e3)
@@ -210,16 +212,12 @@ def test_canonical_text_reads_back_to_an_equal_scan(original):
     assert again.cells().tobytes() == original.cells().tobytes()
 
 
-def test_hash_ignores_words():
+def test_hash_ignores_words_and_sees_whatever_changes_numbers():
     base = load_scan(MINIMAL)
     renamed = dataclasses.replace(base.system, name="x", title="y", assumptions={"P": "z"})
     assert dataclasses.replace(base, title="other").hash == base.hash
     assert dataclasses.replace(base, system=renamed).hash == base.hash
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
+    changes = [
         {"system": "ssul-set5"},
         {"set": {"P": 800.0000000000001}},
         {"vary": {"omega": {"values": [5.0, 6.000000000000001]}}},
@@ -230,19 +228,8 @@ def test_hash_ignores_words():
         {"sampling": {"periods": 121}},
         {"sampling": {"method": "rk4"}},
         {"record": {"want": ["section"]}},
-    ],
-)
-def test_hash_sees_whatever_changes_numbers(change):
-    assert load_scan(MINIMAL, change).hash != load_scan(MINIMAL).hash
-
-
-def test_cells_of_a_map():
-    vary = {"omega": {"values": [5.0, 6.0, 7.0]}, "C": {"values": [0.01, 0.02]}}
-    cells = load_scan({**MINIMAL, "vary": vary}).cells()
-    assert (cells.shape, cells.dtype) == ((3, 2), CELL)
-    assert cells["omega"].tolist() == [[5, 5], [6, 6], [7, 7]]
-    assert cells["near"].tolist() == [[0.01, 0.02]] * 3
-    assert np.all(cells["P"] == 800)
+    ]
+    assert len({base.hash, *(load_scan(MINIMAL, change).hash for change in changes)}) == 11
 
 
 def test_draws_depend_on_the_seed_alone():

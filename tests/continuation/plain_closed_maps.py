@@ -148,6 +148,9 @@ def test_a_tangent_has_length_one_a_direction_and_angles_by_weights():
         assert point.weights[-1] == 0.5
         falling = start_at(FOLD, 0.25, -0.5, sign=sign)
         assert falling.tangent[1] * sign > 0.0 > falling.tangent[0] * sign
+    # a first point at a fold goes along the branch
+    point = first_point(FOLD, FOLD.at(np.zeros(2), 1), Bounds(-1.0, 1.0), -1.0)
+    assert point.tangent == pytest.approx([-1.0, 0.0], abs=1e-12)
     # the angle between tangents is measured by weights
     point = start_at(LOGISTIC, 2.5, 0.6, bounds=Bounds(1.0, 3.0))
     a = arclength.Point(point.cycle, np.array([1.0, 0.0]), np.array([1.0, 0.5]), 1.0)
@@ -298,15 +301,6 @@ def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
     assert arm.points[-1].cycle.defect < 1e-13
 
 
-def test_a_doubling_is_looked_for_near_a_place_and_no_farther():
-    for value, most, there in ((3.0 + 1e-5, 1e-4, True), (3.0 + 1e-3, 1e-4, False)):
-        doubling = special_points.doubling_near(
-            LOGISTIC, np.array([0.66, value]), 1, np.ones(1), most
-        )
-        assert (doubling is not None) == there
-        assert not there or abs(doubling.value - 3.0) < 1e-11
-
-
 @pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
 def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monkeypatch):
     """A branch 2T that has become T: the doubling is located at its end, or is not there."""
@@ -379,12 +373,6 @@ def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
     assert arm.points[-1].value == end.value
 
 
-def test_a_first_point_at_a_fold_goes_along_the_branch():
-    cycle = FOLD.at(np.zeros(2), 1)
-    point = first_point(FOLD, cycle, Bounds(-1.0, 1.0), -1.0)
-    assert point.tangent == pytest.approx([-1.0, 0.0], abs=1e-12)
-
-
 def test_doublings_and_branch_points_lead_to_the_other_branch():
     cycle = LOGISTIC.at(np.array([2.0 / 3.0, 3.0]), 1)
     origin = point_of(LOGISTIC, cycle, np.array([0.0, 1.0]), np.ones(1))
@@ -394,6 +382,12 @@ def test_doublings_and_branch_points_lead_to_the_other_branch():
     assert p > 3.0
     assert x in (pytest.approx(logistic_2T(p)), pytest.approx((p + 1.0) / p - logistic_2T(p)))
     assert 0.5 * far < abs(x - 2.0 / 3.0) < 2.0 * far
+    # a doubling is looked for near a place and no farther
+    for value, is_there in ((3.0 + 1e-5, True), (3.0 + 1e-3, False)):
+        place = np.array([0.66, value])
+        doubling = special_points.doubling_near(LOGISTIC, place, 1, np.ones(1), 1e-4)
+        assert (doubling is not None) == is_there
+        assert not is_there or abs(doubling.value - 3.0) < 1e-11
     # a branch point leads to the other branch
     cycle = PITCHFORK.at(np.zeros(2), 1)
     origin = arclength.Point(cycle, np.array([0.0, 1.0]), np.ones(2), 0.0)
@@ -428,6 +422,10 @@ def test_tracks_of_both_directions_of_crossing_and_of_closed_branches():
     assert a.cycle.state[0] * b.cycle.state[0] < 0.0
     ahead = [float(p.tangent @ (q.cycle.place - p.cycle.place)) for p, q in pairwise(track.points)]
     assert min(ahead) > 0.0
+    # a track is crossed where it has the parameter
+    for state in (0.5, -0.5):
+        (place,) = exploration.crossings(track, FOLD.at(np.array([state, 0.25]), 1))
+        assert place == pytest.approx([state, 0.25], abs=1e-3)
     # branches that cross are both followed
     tracks = explored(PITCHFORK, (-0.5, 0.5), ((0.0, -0.3), 1))
     assert [track.origin for track in tracks] == ["start", "BP"]
@@ -476,20 +474,10 @@ def test_a_start_on_a_known_branch_at_whatever_phase_is_not_followed_again():
     fixed = LOGISTIC.at(np.array([1.0 - 1.0 / 3.3, 3.3]), 2)
     assert exploration.is_same(LOGISTIC, high, low)
     assert not exploration.is_same(LOGISTIC, high, fixed)
-
-
-@pytest.mark.parametrize(("n", "state", "least"), [(3, 0.6875, 1), (6, logistic_2T(3.2), 2)])
-def test_an_orbit_is_followed_as_one_of_its_least_period(n, state, least):
-    (track,) = explored(LOGISTIC, (3.1, 3.3), ((state, 3.2), n))
-    assert {point.cycle.n for point in track.points} == {least}
-
-
-def test_a_track_is_crossed_where_it_has_the_parameter():
-    (track,) = explored(FOLD, (-1.0, 0.9), ((0.2, 0.04), 1))
-    for state in (0.5, -0.5):
-        cycle = FOLD.at(np.array([state, 0.25]), 1)
-        (place,) = exploration.crossings(track, cycle)
-        assert place == pytest.approx([state, 0.25], abs=1e-3)
+    # an orbit is followed as one of its least period
+    for n, state, least in ((3, 0.6875, 1), (6, logistic_2T(3.2), 2)):
+        (track,) = explored(LOGISTIC, (3.1, 3.3), ((state, 3.2), n))
+        assert {point.cycle.n for point in track.points} == {least}
 
 
 def test_a_track_is_the_same_recalled_or_from_its_arrays():

@@ -7,9 +7,8 @@ structure itself, a constant load and a damper that sticks.
 import numpy as np
 import pytest
 
-from nlds_vines import load_system
+from nlds_vines import System, load_system
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from nlds_vines import continue_branch, load_system
+from nlds_vines import System, continue_branch, load_system
 from nlds_vines.continuation.arclength import Point
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curves import augmented
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")
@@ -25,6 +24,10 @@ DROPPED = [0.0, 1.0]
 
 def power(**law):
     return SET_6.with_(law="power", K=1e5, **law)
+
+
+def rigid(**law):
+    return SET_6.with_(law="restitution", **law)
 
 
 def ball(**law):
@@ -43,48 +46,32 @@ def touching(system, time):
     return (expm(flow_matrix(system) * -time) @ at_touch)[:2]
 
 
+LINEAR = SET_6.with_(law="linear", kc=1e5, cc=0.0)
+SHAKEN = {"m": 1.0, "k": 0.0, "c": 0.0, "C": 1e6, "C_2": 0.0, "P": 0.04 * 900.0, "omega": 30.0}
 # by name: the system with so little of something left, that in the limit, a start, parameters
 LIMITS = {
     "e of a ball": (lambda d: ball(e=d), ball(e=0.0), DROPPED, ("Y", "g")),
     "e of a stop": (lambda d: stop(e=d), stop(e=0.0), touching(stop(e=0.0), 2.0), ("P", "omega")),
-    "e of a damper": (
-        lambda d: SET_6.with_(law="restitution", e=d), SET_6.with_(law="restitution", e=0.0),
-        AT_WALL, ("omega", "m2"),
-    ),
-    "n of a power": (
-        lambda d: power(exponent=1.0 + d), SET_6.with_(law="linear", kc=1e5, cc=0.0),
-        AT_WALL, ("omega", "m2"),
-    ),
+    "e of a damper": (lambda d: rigid(e=d), rigid(e=0.0), AT_WALL, ("omega", "m2")),
+    "n of a power": (lambda d: power(exponent=1.0 + d), LINEAR, AT_WALL, ("omega", "m2")),
     "damping of a power": (
         lambda d: power(exponent=1.5, hunt_crossley=d), power(exponent=1.5), AT_WALL, ("omega",)
     ),
     "damping of Hertz": (
         lambda d: SET_6.with_(K=1e6, hunt_crossley=d), SET_6.with_(K=1e6), AT_WALL, ("omega",)
     ),
-    "cc of a soft stop": (
-        lambda d: SET_6.with_(law="linear", kc=1e5, cc=1e4 * d),
-        SET_6.with_(law="linear", kc=1e5, cc=0.0), AT_WALL, ("omega", "kc"),
-    ),
+    "cc of a soft stop": (lambda d: LINEAR.with_(cc=1e4 * d), LINEAR, AT_WALL, ("omega", "kc")),
     "cc of a joint": (
-        lambda d: SET_6.with_(law="kelvin-voigt", kc=1e5, cc=1e4 * d),
-        SET_6.with_(law="linear", kc=1e5, cc=0.0), AT_WALL, ("omega", "kc"),
+        lambda d: SET_6.with_(law="kelvin-voigt", kc=1e5, cc=1e4 * d), LINEAR, AT_WALL,
+        ("omega", "kc"),
     ),
     "c of the structure": (lambda d: stop(e=0.5, c=d), stop(e=0.5, c=0.0), [0.0, 0.5], ("P",)),
     "c of the damper": (
-        lambda d: SET_6.with_(law="restitution", e=0.6, c2=10.0 * d),
-        SET_6.with_(law="restitution", e=0.6, c2=0.0), AT_WALL, ("k2",),
+        lambda d: rigid(e=0.6, c2=10.0 * d), rigid(e=0.6, c2=0.0), AT_WALL, ("k2",)
     ),
     "load": (
         lambda d: ball(e=0.5, g=d),
-        System(
-            "oscillator-2",
-            {
-                "m": 1.0, "k": 0.0, "c": 0.0, "C": 1e6, "C_2": 0.0, "P": 0.04 * 900.0,
-                "omega": 30.0, "e": 0.5,
-            },
-            law="restitution",
-        ),
-        [0.05, -1.0], ("e",),
+        System("oscillator-2", {**SHAKEN, "e": 0.5}, law="restitution"), [0.05, -1.0], ("e",),
     ),
 }  # fmt: skip
 

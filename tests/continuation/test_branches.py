@@ -5,10 +5,9 @@ import pytest
 from test_closed_forms import located
 
 from benchmarks.boundary_values import Motion, doubling_by_shooting
-from nlds_vines import classify, continue_branch, load_system, simulate
+from nlds_vines import System, classify, continue_branch, load_system, simulate
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.model.linear_response import response
-from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
@@ -189,16 +188,13 @@ def test_a_switch_that_fails_is_reported(monkeypatch):
     assert any(line.endswith("the branch that leaves there was not found") for line in path.lines())
 
 
-def test_orbits_at_a_value_are_all_there(set6):
+def test_orbits_at_a_value_are_all_there_and_a_saddle_divides_two_basins(set6):
+    """Starts on both sides of it, along its unstable direction, end in different attractors."""
     orbits = set6.orbits_at(7.8)
     labels = sorted((orbit.label, orbit.stable) for orbit in orbits)
     assert labels == [("2T,1", False), ("2T,1", True), ("T,0", True)]
-    assert [orbit.unstable for orbit in orbits if not orbit.stable] == [1]
-
-
-def test_a_saddle_divides_two_basins(set6):
-    """Starts on both sides of it, along its unstable direction, end in different attractors."""
-    (saddle,) = (orbit for orbit in set6.orbits_at(7.8) if not orbit.stable)
+    (saddle,) = (orbit for orbit in orbits if not orbit.stable)
+    assert saddle.unstable == 1
     there = load_system("ssul-set6", omega=7.8)
     section_map = SectionMap(there, ("omega",), Settings(1e-12))
     cycle = section_map.at(place_of(there, "omega", 7.8, tuple(saddle.state)), 2)

@@ -7,11 +7,10 @@ import plain_phases
 import pytest
 from rigid import CASES, RIGID, oscillator, start_of
 
-from nlds_vines import continue_branch, load_system, open_archive, simulate, slow_manifold
+from nlds_vines import System, continue_branch, load_system, open_archive, simulate, slow_manifold
 from nlds_vines.__main__ import main
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
-from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels

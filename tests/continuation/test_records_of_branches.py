@@ -61,8 +61,11 @@ def test_a_contact_that_never_ends_has_a_force():
 
 
 SIX = nv.load_system("ssul-set6").parameters
-ENDS = {"start": 0.01, "stop": 0.1}
 OMEGA0 = sqrt(SIX["k1"] / SIX["m1"])
+
+
+def between(**ends):
+    return {name: {"start": low, "stop": high} for name, (low, high) in ends.items()}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +77,7 @@ OMEGA0 = sqrt(SIX["k1"] / SIX["m1"])
     ],
 )
 def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit, monkeypatch):
-    table = {"along": {name: {"start": low, "stop": high}}}
+    table = {"along": between(**{name: (low, high)})}
     of_file = load_continuation({"system": "ssul-set6", **table}).along
     of_options = load_continuation("ssul-set6", table, "command line").along
     monkeypatch.setattr(Job, "compute", lambda request, *_: request)
@@ -85,8 +88,8 @@ def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit, mon
 
 
 def test_the_interval_follows_parameters_that_are_set_and_the_second_may_be_a_ratio():
-    table = {"set": {"k1": 4e4}, "along": {"omega_ratio": {"start": 0.9, "stop": 1.1}}}
-    request = load_continuation("ssul-set6", table | {"plane": {"zeta1": ENDS}})
+    table = {"along": between(omega_ratio=(0.9, 1.1)), "plane": between(zeta1=(0.01, 0.1))}
+    request = load_continuation("ssul-set6", {"set": {"k1": 4e4}, **table})
     assert request.along.low == 0.9 * sqrt(4e4 / SIX["m1"])
     assert request.plane.name == "c1"
     assert request.plane.high == 0.1 * 2 * sqrt(4e4 * SIX["m1"])
@@ -104,30 +107,25 @@ def test_a_frequency_that_is_stated_in_hz_is_drawn_and_told_in_hz(tmp_path):
     assert archive.request.title.endswith("along f")
     labels = [axes.get_xlabel() for axes in nv.plot(path).axes]
     assert "frequency of the force $f$ [Hz]" in labels
-    plane = {"along": {"P": {"start": 700, "stop": 900}}, "plane": {"f": {"start": 1, "stop": 2}}}
-    request = load_continuation("ssul-set6", plane | {"set": {"omega": 7.0}})
+    table = {"along": between(P=(700, 900)), "plane": between(f=(1, 2))}
+    request = load_continuation("ssul-set6", {"set": {"omega": 7.0}, **table})
     assert request.plane.heading().startswith("f from 1 to 2 Hz")
     assert load_continuation(request.document()) == request
 
 
 @pytest.mark.parametrize(
-    ("tables", "words"),
+    ("along", "plane", "words"),
     [
-        ({"along": {"f": {"start": 0.0, "stop": 1.0}}}, r"\[along\].*f.*0"),
-        ({"along": {"f": {"start": "x", "stop": 1.0}}}, "start of f = 'x' must be a number"),
-        ({"along": {"zeta": {"start": 0.1, "stop": 1.0}}}, "zeta"),
+        (between(f=(0.0, 1.0)), {}, r"\[along\].*f.*0"),
+        (between(f=("x", 1.0)), {}, "start of f = 'x' must be a number"),
+        (between(zeta=(0.1, 1.0)), {}, "zeta"),
         (
-            {"along": {"omega_ratio": {"start": 0.9, "stop": 1.0}},
-             "plane": {"k1": {"start": 3e4, "stop": 5e4}}},
+            between(omega_ratio=(0.9, 1.0)), between(k1=(3e4, 5e4)),
             "omega_ratio follows from k1, which is free, too: give omega",
         ),
-        (
-            {"along": {"f": {"start": 0.9, "stop": 1.0}},
-             "plane": {"omega": {"start": 6.0, "stop": 7.0}}},
-            "omega is free already",
-        ),
+        (between(f=(0.9, 1.0)), between(omega=(6.0, 7.0)), "omega is free already"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_followed_is_refused(tables, words):
+def test_what_cannot_be_followed_is_refused(along, plane, words):
     with pytest.raises(nv.RequestError, match=words):
-        load_continuation("ssul-set6", tables, "a test")
+        load_continuation("ssul-set6", {"along": along, "plane": plane}, "a test")

@@ -14,13 +14,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support import references, system_of
 
-from nlds_vines import load_system, simulate
+from nlds_vines import load_response_history, load_system, simulate
 from nlds_vines.kernels.cells.load_numbers import last_above
 from nlds_vines.kernels.cells.load_orbit import buffers_for, fly_under
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
-from nlds_vines.loads.request import load_response_history
 from nlds_vines.loads.run import arrays_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.simulation import room_for_impacts

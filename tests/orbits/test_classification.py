@@ -198,16 +198,6 @@ T = 2 * np.pi / OMEGA
 DIAGONAL = [-0.1, 0.8, 0.2, -0.4]
 
 
-def rows_of(*columns):
-    """Return rows of evidence (lanes, 1, COLUMNS) with these columns, NaN elsewhere."""
-    rows = np.full((len(columns), 1, codes.LENGTH_OF_ROW), np.nan)
-    for row, values in zip(rows[:, 0], columns, strict=True):
-        row[codes.KIND], row[codes.CYCLE_PERIOD], row[codes.SETTLING] = 0.0, 0.0, -1.0
-        for place, value in values.items():
-            row[place : place + np.size(value)] = value
-    return rows
-
-
 PERIODIC = {
     codes.KIND: FLAGS["periodic"],
     codes.CYCLE_PERIOD: N,
@@ -220,18 +210,18 @@ PERIODIC = {
 CHAOTIC = {codes.KIND: FLAGS["chaotic"], codes.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}
 
 
-@pytest.fixture
-def judged():
-    """Return the datasets of a 2T,4 orbit, of chaos, and of a lane that failed."""
+def test_rows_of_evidence_become_labels_multipliers_exponents_and_points():
+    """Of a 2T,4 orbit, of chaos, and of a lane that failed."""
+    rows = np.full((3, 1, codes.LENGTH_OF_ROW), np.nan)
+    rows[..., [codes.KIND, codes.CYCLE_PERIOD, codes.SETTLING]] = 0.0, 0.0, -1.0
+    for row, values in zip(rows[:, 0], (PERIODIC, CHAOTIC, PERIODIC), strict=True):
+        for place, value in values.items():
+            row[place : place + np.size(value)] = value
     cells = np.zeros((3, 1), CELL)
     cells["omega"], cells["rest"] = OMEGA, REST
-    status = np.array([[OK], [OK], [DIVERGED]])
     counts = np.array([[[7, 8]], [[5, 6]], [[1, 1]]])
-    arrays = verdict_arrays(status, rows_of(PERIODIC, CHAOTIC, PERIODIC), counts, cells, 4)
-    return {name: values[:, 0] for name, values in arrays.items()}
-
-
-def test_rows_of_evidence_become_labels_multipliers_exponents_and_points(judged):
+    arrays = verdict_arrays(np.array([[OK], [OK], [DIVERGED]]), rows, counts, cells, 4)
+    judged = {name: values[:, 0] for name, values in arrays.items()}
     # labels count impacts of a cycle or of the window
     assert judged["label"].tolist() == ["2T,4", "chaos", "failed"]
     assert judged["impacts_by_wall"].tolist()[:2] == [[3, 1], [5, 6]]
@@ -291,13 +281,9 @@ def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
     assert forgets(0.0, 0.0, -0.1)
 
 
-def test_efforts_only_add_stages():
-    stages = list(EFFORTS.values())
-    for less, longer in itertools.pairwise(stages):
+def test_efforts_only_add_stages_and_a_wrong_request_is_refused(error_of):
+    for less, longer in itertools.pairwise(EFFORTS.values()):
         assert longer[: len(less)] == less
-
-
-def test_a_wrong_request_is_refused_in_one_line(error_of):
     assert "unknown effort 'huge'" in error_of(classify, "ssul-set6", effort="huge")
     assert "periods = 0" in error_of(classify, "ssul-set6", periods=0)
     assert "start" in error_of(classify, "ssul-set6", start=(0.0, 0.0))

@@ -22,31 +22,23 @@ from nlds_vines.runs import executors, interrupts, progress
 USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
 
 
-def test_which_kernels_a_record_needs():
-    assert kernels_of(["section"]) == kernels_of(["energy", "peak"]) == ("orbit",)
-    assert kernels_of(["section", "lyapunov"]) == ("orbit", "verdict")
-
-
-class Begun(list):
-    """Stands in for `compilation.begin`: processes that sleep."""
-
-    def __call__(self, needed):
-        sleep = "import sys; sys.stdin.read()"
-        process = subprocess.Popen(
-            [sys.executable, "-c", sleep], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            start_new_session=True,
-        )  # fmt: skip
-        self.append((needed, process))
-        return process
-
-
 @pytest.fixture
 def begun(monkeypatch):
-    """Let there be two processors and memory; return what is begun beside."""
+    """Let there be two processors and memory; return what is begun beside: processes that sleep."""
+    processes = []
+
+    def begin(needed):
+        process = subprocess.Popen(
+            [sys.executable, "-c", "import sys; sys.stdin.read()"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
+        )  # fmt: skip
+        processes.append((needed, process))
+        return process
+
     monkeypatch.setattr(compilation, "processors", lambda: 2)
     monkeypatch.setattr(compilation, "threads_in_use", lambda: 2)
     monkeypatch.setattr(compilation, "free_memory", lambda: 10**10)
-    monkeypatch.setattr(compilation, "begin", processes := Begun())
+    monkeypatch.setattr(compilation, "begin", begin)
     yield processes
     for _, process in processes:
         assert process.poll() is not None  # nothing is left
@@ -78,19 +70,18 @@ def words(seconds):
     ]
 
 
-def test_the_verdict_is_compiled_beside_and_all_is_said_once(begun):
-    assert follow(lanes.run_lanes, elementary.exp) == words(12)
-    ((needed, _),) = begun
-    assert needed == USUAL
-
-
-def test_what_is_compiled_here_is_said_once_too(begun):
+def test_what_is_compiled_here_or_beside_is_said_once(begun):
+    assert kernels_of(["section"]) == kernels_of(["energy", "peak"]) == ("orbit",)
+    assert kernels_of(["section", "lyapunov"]) == ("orbit", "verdict")
     assert follow(lanes.run_lanes, lanes.judge_lanes, helped=False) == words(24)
     assert follow(lanes.judge_lanes) == words(12)
     alone = USUAL._replace(want=("energy",))
     assert follow(lanes.run_lanes, needed=alone) == words(12)
     assert follow(elementary.exp) == []
     assert begun == []
+    assert follow(lanes.run_lanes, elementary.exp) == words(12)
+    ((needed, _),) = begun
+    assert needed == USUAL
 
 
 def test_the_estimate_corrects_itself_by_the_pace_of_this_machine(begun):
@@ -228,13 +219,10 @@ def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
     assert compilation.notice() is None
 
 
-def test_a_process_that_fails_ends():
+def test_a_process_that_fails_ends_and_where_none_can_be_begun_there_is_none(monkeypatch):
     process = compilation.begin(USUAL._replace(scene="no such kind"))
     assert process.wait(20) == 1
     process.communicate()
-
-
-def test_where_no_process_can_be_begun_there_is_none(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     assert compilation.begin(USUAL) is None
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_scan, load_system
-from nlds_vines.errors import RequestError
 from nlds_vines.orbits.solver_settings import (
     FINENESS,
     LEAST_STEPS,
@@ -30,26 +29,23 @@ def test_presets_are_numbers_by_another_name():
         assert checked_tolerance(value) == value
     assert (LEAST_TOLERANCE, MOST_TOLERANCE) == (1e-13, 1e-3)
     assert chosen_settings("exact", {}).tolerance == TOLERANCE == TOLERANCES["standard"]
-
-
-def test_every_method_has_its_own_settings():
-    settings = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
-    for name in FINENESS:
-        method, other = ("rk4", "exact") if name == "period_steps" else ("exact", "rk4")
-        assert chosen_settings(method, {name: settings[name]}) != chosen_settings(method, {})
-        with pytest.raises(RequestError, match=f"^{name} is of method '{method}'; '{other}' has "):
-            chosen_settings(other, {name: settings[name]})
-        assert chosen_settings(other, {name: None}) == chosen_settings(other, {})
-    assert chosen_settings("rk4", {"period_steps": 64}) == Settings.rk4(64.0)
-    assert chosen_settings("rk4", {}) == Settings.rk4(PERIOD_STEPS)
-
-
-def test_contacts_are_granted_a_share_of_the_tolerance():
-    """Several may follow each other in a period."""
+    # contacts are granted a share of it, as several may follow each other in a period
     settings = Settings(1e-6)
     assert settings.contact_tolerance == settings.stepped_to == SHARE * 1e-6
     assert Settings(1e-6, contact_steps=28.0).stepped_to == np.inf  # as an expert wants them
     assert {Settings(10.0**-k).steps for k in range(3, 14)} == {LEAST_STEPS}
+
+
+def test_every_method_has_its_own_settings(error_of):
+    settings = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
+    for name in FINENESS:
+        method, other = ("rk4", "exact") if name == "period_steps" else ("exact", "rk4")
+        assert chosen_settings(method, {name: settings[name]}) != chosen_settings(method, {})
+        line = error_of(chosen_settings, other, {name: settings[name]})
+        assert line.startswith(f"{name} is of method '{method}'; '{other}' has ")
+        assert chosen_settings(other, {name: None}) == chosen_settings(other, {})
+    assert chosen_settings("rk4", {"period_steps": 64}) == Settings.rk4(64.0)
+    assert chosen_settings("rk4", {}) == Settings.rk4(PERIOD_STEPS)
 
 
 @pytest.mark.parametrize(
@@ -75,44 +71,37 @@ def test_what_is_asked_last_counts(below, above, expected):
     assert (scan.method, scan.settings) == (other.method, other.settings)
 
 
-PLANE = ["bifurcation", "--set", "omega=7.7", "--vary", "v2_0=-1:1:3", "--record", "attractor"]
-SET6, OMEGA = ["--system", "ssul-set6"], ["--vary", "omega=7:8:11"]
-PRELOADED = [*SET6, "--set", "C=-0.01"]
-TUNING = ["tuning", *SET6, "--free", "k2=100:900", "--impulse", "10"]
+PLANE = "bifurcation --set omega=7.7 --vary v2_0=-1:1:3 --record attractor"
+BALL = "bifurcation --system bouncing-ball --vary x_0=-1:1:5"
+PRELOADED = "--system ssul-set6 --set C=-0.01"
+TUNING = "tuning --system ssul-set6 --free k2=100:900 --impulse 10 --start 0,0,0.05,0"
+HISTORIES = "response-history --system ssul-set6 --start 0,0,0.09,0 --vary C=0:0.02:5"
 ONE = "ssul-set6: 1 of 1 starts is inside a wall, 10 mm deep at most"
 
 
 @pytest.mark.parametrize(
     ("command", "line"),
     [
-        ([*PLANE, "--vary", "x2_0=-0.06:0.1:5"], "12 of 15 starts are inside a wall, 160 mm deep"),
-        ([*PLANE, "--vary", "x2_0=0.1:0.26:5"], ""),
-        ([*PLANE, "--start", "0,0,0.05,0"], "3 of 3 starts are inside a wall, 50 mm deep at most"),
-        ([*PLANE, "--start", "0.01,0,0.1,0"], "3 of 3 starts are inside a wall, 10 mm deep"),
-        (["bifurcation", "--start", "random:50"], ""),
+        (f"{PLANE} --vary x2_0=-0.06:0.1:5", "12 of 15 starts are inside a wall, 160 mm deep"),
+        (f"{PLANE} --vary x2_0=0.1:0.26:5", ""),
+        (f"{PLANE} --start 0,0,0.05,0", "3 of 3 starts are inside a wall, 50 mm deep at most"),
+        (f"{PLANE} --start 0.01,0,0.1,0", "3 of 3 starts are inside a wall, 10 mm deep"),
+        ("bifurcation --start random:50", ""),
         (
-            ["bifurcation", *OMEGA, "--vary", "C=-0.01:0.01:3", "--start", "both"],
+            "bifurcation --vary omega=7:8:11 --vary C=-0.01:0.01:3 --start both",
             "11 of 22 starts are inside a wall, 10 mm deep at most",
         ),
-        (
-            ["bifurcation", "--system", "bouncing-ball", "--vary", "x_0=-1:1:5"],
-            "2 of 5 starts are inside a wall and put on it, 1000 mm deep at most",
-        ),
-        (["portrait", *PRELOADED], ONE),
-        (["response-history", *PRELOADED, "--impulse", "10"], ONE),
-        (
-            ["response-history", *SET6, "--start", "0,0,0.09,0", "--vary", "C=0:0.02:5"],
-            "ssul-set6: 5 of 5 starts are inside a wall, 10 mm deep at most",
-        ),
-        (
-            [*TUNING, "--start", "0,0,0.05,0"],
-            "ssul-set6: 1 of 1 starts is inside a wall, 50 mm deep at most",
-        ),
-        (["response-curves", *PRELOADED, "--vary", "omega=6:7:3"], "Set 6: 3 of 3 starts are"),
+        (BALL, "2 of 5 starts are inside a wall and put on it, 1000 mm deep at most"),
+        (f"portrait {PRELOADED}", ONE),
+        (f"response-history {PRELOADED} --impulse 10", ONE),
+        (HISTORIES, "ssul-set6: 5 of 5 starts are inside a wall, 10 mm deep at most"),
+        (TUNING, "ssul-set6: 1 of 1 starts is inside a wall, 50 mm deep at most"),
+        (f"response-curves {PRELOADED} --vary omega=6:7:3", "Set 6: 3 of 3 starts are"),
     ],
 )
 def test_a_command_counts_starts_inside_a_wall_and_names_the_deepest(command, line, answer, here):
-    lines = [one for one in answer(*command, "--dry-run").splitlines() if "inside a wall" in one]
+    text = answer(*command.split(), "--dry-run")
+    lines = [one for one in text.splitlines() if "inside a wall" in one]
     assert len(lines) == bool(line)
     assert line in "".join(lines)
 

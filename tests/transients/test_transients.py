@@ -6,7 +6,6 @@ from layout import collisions
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.errors import RequestError
 from nlds_vines.orbits.records import DIVERGED
 from nlds_vines.transients.basins import basin_entropy, uncertainty_exponent
 from nlds_vines.transients.ensemble import Ensemble, decay, ensemble_of, share_interval, survival
@@ -23,8 +22,10 @@ OPTIONS = ["--set", "omega=7.575", "--set", "K=2.5e7", "--starts", "40", "--tran
 OPTIONS += ["--periods", "40", "--effort", "quick"]
 
 
-def ensemble(delay=50.0):
-    return Ensemble(LABELS, SETTLING, WATCHED, delay)
+def ensemble(*rows):
+    """Return the ensemble of all orbits, or of those from one row to another."""
+    part = slice(*rows) if rows else slice(None)
+    return Ensemble(LABELS[part], SETTLING[part], WATCHED[part], delay=50.0)
 
 
 def test_lifetimes_shares_and_words_of_an_ensemble():
@@ -51,13 +52,11 @@ def test_lifetimes_shares_and_words_of_an_ensemble():
 
 
 def test_no_lifetimes_and_none_beyond_the_delay_are_told_too():
-    none = Ensemble(LABELS[5:], SETTLING[5:], WATCHED[5:])
-    assert "lifetimes: none" in "\n".join(none.lines())
-    early = Ensemble(LABELS[:1], SETTLING[:1], WATCHED[:1], delay=50.0)
-    assert early.decay is None
-    assert "no law of decay" in "\n".join(early.lines())
-    open_end = Ensemble(LABELS[3:4], SETTLING[3:4], WATCHED[3:4], delay=50.0)
-    assert "or more" in "\n".join(open_end.lines())
+    for rows, words in (
+        ((5, None), "lifetimes: none"), ((0, 1), "no law of decay"), ((3, 4), "or more"),
+    ):  # fmt: skip
+        assert words in "\n".join(ensemble(*rows).lines())
+    assert ensemble(0, 1).decay is None
 
 
 def test_a_picture_shows_curve_law_censoring_and_shares_or_shares_alone():
@@ -72,7 +71,7 @@ def test_a_picture_shows_curve_law_censoring_and_shares_or_shares_alone():
     assert bars.texts[0].get_text() == "3, 2 through chaos"
     assert collisions(figure) == []
     # without lifetimes only the shares are drawn
-    (bars,) = draw_ensemble(Ensemble(LABELS[5:], SETTLING[5:], WATCHED[5:]), "a test").axes
+    (bars,) = draw_ensemble(ensemble(5, None), "a test").axes
     assert bars.get_xlabel().startswith("share of the starts")
 
 
@@ -92,7 +91,7 @@ def test_the_command_stores_tells_and_draws(here, answer):
 
 
 @pytest.mark.kernels
-def test_an_archive_is_looked_at_again_and_more_starts_of_a_seed_begin_with_the_same_ones(here):
+def test_an_archive_is_looked_at_again_and_more_starts_begin_with_the_same_ones(here, error_of):
     system = nv.load_system("ssul-set6", **SADDLE)
     first = nv.transient_lifetimes(system, to="a.h5", delay=0.0, **SMALL)
     before = (here / "a.h5").read_bytes()
@@ -100,20 +99,15 @@ def test_an_archive_is_looked_at_again_and_more_starts_of_a_seed_begin_with_the_
     assert (here / "a.h5").read_bytes() == before
     np.testing.assert_array_equal(first.times, again.times)
     assert again.decay.ended < first.decay.ended
-    with pytest.raises(RequestError, match="--overwrite"):
-        nv.transient_lifetimes(system, to="a.h5", **SMALL)
+    assert "--overwrite" in error_of(nv.transient_lifetimes, system, to="a.h5", **SMALL)
     few = nv.transient_lifetimes(system, to="few.h5", **{**SMALL, "starts": 15})
     other = nv.transient_lifetimes(system, to="other.h5", seed=1, **SMALL)
     np.testing.assert_array_equal(few.settling, first.settling[:15])
     assert not np.array_equal(first.settling, other.settling)
-
-
-@pytest.mark.kernels
-def test_an_archive_without_verdicts_is_refused(here):
+    # an archive without verdicts is refused
     scan = scan_of("ssul-set6", ["lyapunov"], {"omega": [7.4]}, transient=5, periods=5)
-    nv.scan(scan, to="x.h5")
-    with nv.read("x.h5") as archive, pytest.raises(RequestError, match="label, settling, watched"):
-        ensemble_of(archive)
+    with nv.scan(scan, quiet=True).read() as archive:
+        assert "label, settling, watched" in error_of(ensemble_of, archive)
 
 
 @pytest.mark.kernels
@@ -280,7 +274,7 @@ def test_exponents_and_entropies_of_straight_and_fractal_boundaries():
     assert 0.0 < uncertainty_exponent(plane).exponent < 0.9
 
 
-def test_riddled_basins_and_one_basin():
+def test_riddled_basins_one_basin_and_unknown_cells():
     plane = np.random.default_rng(5).integers(0, 3, (600, 600))
     assert uncertainty_exponent(plane).exponent == pytest.approx(0.0, abs=0.001)
     entropy = basin_entropy(plane)
@@ -292,9 +286,7 @@ def test_riddled_basins_and_one_basin():
     assert np.isnan(basin_entropy(plane).boundary)
     assert basin_entropy(plane).basin == 0.0
     assert np.isnan(uncertainty_exponent(plane).exponent)
-
-
-def test_unknown_cells_count_nowhere():
+    # unknown cells count nowhere
     plane = half_planes(400)
     holes = plane.copy()
     holes[np.random.default_rng(1).random(plane.shape) < 0.3] = -1

@@ -155,7 +155,7 @@ def test_an_archive_knows_its_phases(plane, tmp_path, answer):
     assert chosen.begins(orbit.system).state == tuple(moved[0].tolist())
 
 
-def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing():
+def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(answer):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
     scan = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
@@ -170,15 +170,13 @@ def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(
     before = len(getattr(enter, "signatures", ()))
     nv.scan(along, quiet=True)
     assert len(getattr(enter, "signatures", ())) == before
-
-
-def test_the_command_takes_phases(answer):
+    # the command takes phases
     assert start_of("rest@1.5") == {"start": {"policy": "rest", "phase": 1.5}}
     state = {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
     assert start_of("0.1,0@1.5") == {"start": state}
     vary = ["--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4", "--record", "attractor"]
-    asked = ["bifurcation", "--system", "impact-oscillator", *vary, "--dry-run"]
-    assert "12 (3 x 4 cells" in answer(*asked)
+    command = ["bifurcation", "--system", "impact-oscillator", *vary, "--dry-run"]
+    assert "12 (3 x 4 cells" in answer(*command)
 
 
 # ---- from a cell of an archive ----

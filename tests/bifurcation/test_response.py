@@ -65,14 +65,11 @@ def test_what_is_recorded_depends_on_what_the_scene_has():
     assert request_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
 
 
-SMALL = {"population": 5, "generations": 2, "polish": 5, "optima": 1}
-
-
 @pytest.mark.kernels
 def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
     free = {"c2": {"low": 50.0, "high": 500.0}, "k2": {"low": 1000.0, "high": 3000.0}}
     over = {"omega": {"values": [5.5, 6.28]}}
-    search = {**SMALL, "objective": "a1_rms"}
+    search = {"population": 5, "generations": 2, "polish": 5, "optima": 1, "objective": "a1_rms"}
     tuned = tune(
         "tmd", tmp_path / "a.h5", free=free, over=over, search=search, plot=tmp_path / "a.png",
         surface={"parameters": ["c2", "k2"], "size": 3},

@@ -168,31 +168,27 @@ WORDS = st.text(LETTERS, min_size=1, max_size=20)
 @st.composite
 def scans(draw) -> Scan:
     system = load_system(draw(st.sampled_from(list(catalog()))))
-    parameters = sorted(set(system.scene.parameter_names))
+    scene, parameters = system.scene, sorted(set(system.scene.parameter_names))
     names = draw(st.lists(st.sampled_from(parameters), min_size=1, max_size=2, unique=True))
     overrides = draw(st.dictionaries(st.sampled_from(parameters), NUMBERS, max_size=4))
-    if "K" in system.scene.allowed and draw(st.booleans()):
-        overrides["K"] = draw(NUMBERS)
-    if "e" in system.scene.allowed and draw(st.booleans()):
-        overrides["e"] = draw(st.floats(0.0, 1.0))
-    possible = records.possible_want(records.WANTS, system.scene)
+    for name, numbers in (("K", NUMBERS), ("e", st.floats(0.0, 1.0))):
+        if name in scene.allowed and draw(st.booleans()):
+            overrides[name] = draw(numbers)
     values = st.lists(NUMBERS, min_size=1, max_size=5, unique=True).map(sorted)
-    start = draw(
-        st.one_of(
-            st.builds(Start, st.sampled_from(["rest", "up", "down"])),
-            st.builds(
-                Start, st.just("state"), state=st.tuples(*[NUMBERS] * len(system.scene.components))
-            ),
-            st.builds(Start, st.just("random"), st.integers(1, 99), st.integers(0, 2**63 - 1)),
-        )
+    states, seeds = st.tuples(*[NUMBERS] * len(scene.components)), st.integers(0, 2**63 - 1)
+    starts = (
+        st.builds(Start, st.sampled_from(["rest", "up", "down"])),
+        st.builds(Start, st.just("state"), state=states),
+        st.builds(Start, st.just("random"), st.integers(1, 99), seeds),
     )
-    notes = {draw(st.sampled_from(parameters)): draw(WORDS)}
+    start = draw(st.one_of(*starts))
+    possible = records.possible_want(records.WANTS, scene)
     possible = records.plain(possible) if start.sweeps else possible
+    words = {"title": draw(WORDS), "name": draw(WORDS)}
+    words["assumptions"] = {draw(st.sampled_from(parameters)): draw(WORDS)}
     return Scan(
         title=draw(WORDS),
-        system=dataclasses.replace(
-            system.with_(**overrides), title=draw(WORDS), name=draw(WORDS), assumptions=notes
-        ),
+        system=dataclasses.replace(system.with_(**overrides), **words),
         axes=tuple(Axis(name, draw(values)) for name in names),
         want=tuple(draw(st.lists(st.sampled_from(possible), min_size=1, unique=True))),
         start=start,

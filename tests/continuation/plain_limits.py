@@ -78,8 +78,8 @@ LIMITS = {
 
 def mapped(system, start, names):
     """Return the image of a start after a period, its derivatives, and the impacts."""
-    section_map = SectionMap(system, names or ("omega",), Settings(1e-13))
-    values = [system.parameters[name] for name in section_map.names]
+    section_map = SectionMap(system, names, Settings(1e-13))
+    values = [system.parameters[name] for name in names]
     cycle = section_map.at(np.array([*start, *values]), 1)
     size = section_map.size
     return cycle.points[0, :size], cycle.matrix, cycle.slopes, cycle.counts

@@ -19,23 +19,18 @@ def points():
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
-def test_special_points_are_found_again(points, kind):
-    chosen = [point for point in points if point.kind == kind]
+def test_special_points_are_found_again_and_elsewhere_for_a_contact_stiffer_by_a_thousandth(
+    points, kind
+):
+    chosen, motion = [point for point in points if point.kind == kind], Motion.of(SOFT)
     assert len(chosen) == 2
     for point in chosen:
-        solved = solve(Motion.of(SOFT), point, TOLERANCE)
+        solved = solve(motion, point, TOLERANCE)
         assert solved.first == pytest.approx(point.omega * (1.0 + OFF_VALUE), rel=1e-12)
         assert solved.residual <= TOLERANCE
         assert solved.omega == pytest.approx(point.omega, rel=AGREE)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
-def test_a_contact_stiffer_by_a_thousandth_has_its_point_elsewhere(points, kind):
-    point = next(point for point in points if point.kind == kind)
-    motion = Motion.of(SOFT)
-    solved = solve(replace(motion, K=1.001 * motion.K), point, 1e-6)
-    assert 1e-7 < abs(solved.omega / point.omega - 1.0) < 1e-3
+    solved = solve(replace(motion, K=1.001 * motion.K), chosen[0], 1e-6)
+    assert 1e-7 < abs(solved.omega / chosen[0].omega - 1.0) < 1e-3
 
 
 def test_the_rates_of_vectors_are_derivatives_of_the_rate():

@@ -15,7 +15,6 @@ from nlds_vines.orbits.spectrum import NEIGHBORS, SIGNALS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory
-RECORD = ["trajectory", "impacts"]
 
 
 def wave(order, amplitude=1.0, phase=0.3):
@@ -130,7 +129,8 @@ def test_wrong_values_are_refused(values, window, words, error_of):
 @pytest.fixture(scope="module")
 def orbits():
     """Return orbits with K = 2.5e7: 3T,3, chaos, and a transient that became T,0."""
-    options = {"K": 2.5e7, "transient": 4000, "record": RECORD, "samples": 256}
+    record = ["trajectory", "impacts"]
+    options = {"K": 2.5e7, "transient": 4000, "record": record, "samples": 256}
     return {w: nv.simulate("ssul-set6", 180, omega=w, **options) for w in (7.375, 7.4, 7.575)}
 
 

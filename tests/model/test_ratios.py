@@ -124,9 +124,7 @@ def test_an_axis_along_a_ratio_is_one_along_its_parameter():
     damped = scan_over({"zeta1": {"values": [0.01, 0.02]}}, set={"f": 1.0})
     assert "ω = 6.28319 rad/s: c₁" in damped.title
     assert load_scan(hertz.document()).hash == hertz.hash
-
-
-def test_what_the_command_line_varies_need_not_be_removed_from_a_file():
+    # what the command line varies need not be removed from a file
     file = {"system": "ssul-set6", "set": {"f": 1.0}, "vary": {"k2": {"values": [500.0]}}}
     assert load_scan(file, {"vary": {"omega": {"values": [6.0]}}}).axes[0].name == "omega"
 
@@ -150,9 +148,13 @@ def test_a_ratio_stays_when_its_unit_changes_later():
     assert nv.load_system("tmd").with_(k1=5e4).parameters["c1"] == 452.0
 
 
-def test_ratios_stay_in_scans_their_files_and_maps():
-    scan = load_scan("tmd", {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}})
-    for one in (scan, load_scan(scan.document())):
+def test_ratios_stay_in_scans_their_files_the_structure_alone_and_maps():
+    tables = {"set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}}}
+    scan = load_scan("tmd", tables)
+    energy = {"record": {"want": ["energy"]}, "curves": [{}]}
+    beside = with_structure_alone(load_curves({"system": "tmd", **tables, **energy}))
+    alone, damped = (case.scan for case in beside.cases)
+    for one in (scan, load_scan(scan.document()), alone, damped):
         np.testing.assert_allclose(one.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15)
         assert "c1" not in one.about
         assert one.about["zeta1"] == 0.05
@@ -181,16 +183,6 @@ def test_loads_keep_ratios_and_vary_them():
     p = nv.load_system("tmd").parameters
     unit = critical(p["k2"], p["m2"])
     assert c2 == [None, None, pytest.approx(0.1 * unit), pytest.approx(0.2 * unit)]
-
-
-def test_the_structure_alone_has_the_ratios_of_the_curve_beside_it():
-    request = load_curves({
-        "system": "tmd", "set": {"zeta1": 0.05}, "vary": {"k1": {"values": K1.tolist()}},
-        "record": {"want": ["energy"]}, "curves": [{}],
-    })  # fmt: skip
-    alone, damped = with_structure_alone(request).cases
-    for case in (alone, damped):
-        np.testing.assert_allclose(case.scan.cells()["c1"], 0.05 * critical(K1, 1000.0), rtol=1e-15)
 
 
 def test_a_branch_along_a_stiffness_keeps_the_damping_ratio():

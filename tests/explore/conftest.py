@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from planes import PLANE
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
@@ -9,40 +10,28 @@ from nlds_vines.explore.map_data import Stored
 from nlds_vines.orbits.records import OK
 from scans import archived, unfilled
 
-WANT = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
-
-
-def document(vary, start, **changes):
-    return {
-        "title": "a small map",
-        "system": "ssul-set6",
-        "vary": vary,
-        "start": start,
-        "sampling": {"transient": 60, "periods": 30, "effort": "quick"},
-        "record": {"want": WANT},
-        **changes,
-    }
-
-
-MAP = document(
-    {
+MAP = {
+    "title": "a small map",
+    "system": "ssul-set6",
+    "vary": {
         "omega": {"start": 7.3, "stop": 7.7, "num": 6},
         "P": {"start": 700.0, "stop": 900.0, "num": 4},
     },
-    {"policy": "random", "count": 2, "seed": 3},
-)
-DIAGRAM = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "rest"})
-SWEEPS = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "both"})
-
+    "start": {"policy": "random", "count": 2, "seed": 3},
+    "sampling": {"transient": 60, "periods": 30, "effort": "quick"},
+    "record": {
+        "want": ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
+    },
+}
+ALONG = {"omega": {"start": 7.3, "stop": 7.7, "num": 9}}
+DIAGRAM = {**MAP, "vary": ALONG, "start": {"policy": "rest"}}
+SWEEPS = {**MAP, "vary": ALONG, "start": {"policy": "both"}}
 BASIN = {
-    "title": "a small basin",
-    "system": "impact-oscillator",
-    "set": {"omega": 1.5, "P": 0.6},
+    **PLANE,
     "vary": {
         "x_0": {"start": -2.0, "stop": 1.25, "num": 14},  # the last one is beyond the stop
         "v_0": {"start": -3.0, "stop": 3.0, "num": 13},
     },
-    "record": {"want": ["attractor"]},
 }
 
 

@@ -38,7 +38,6 @@ def test_the_section_is_that_of_simulate_with_multipliers_in_the_unit_circle(orb
     section = np.stack([orbit.panels["section"][n] for n in ("x1", "v1", "x2", "v2")], axis=-1)
     np.testing.assert_allclose(section, expected, rtol=0, atol=1e-9)
     assert orbit.label == "T,1"
-    # multipliers are in the unit circle
     panel = orbit.panels["multipliers"]
     assert len(panel["re"]) == 4
     assert (np.hypot(panel["re"], panel["im"]) < 1).all()
@@ -101,9 +100,7 @@ def test_chaos_has_words_and_no_multipliers():
     assert orbit.panels["multipliers"]["re"].size == 0
     assert words_of(orbit.regime).startswith("neighboring orbits diverge")
     assert dict(evidence_of(orbit.regime))["followed for"]
-
-
-def test_words_count_the_impacts_of_all_periods():
+    # words count the impacts of all periods
     regime = SimpleNamespace(kind="periodic", period=3, impacts=2)
     assert words_of(regime) == "repeats every 3 forcing periods with 2 impacts in this time"
 

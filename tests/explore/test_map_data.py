@@ -75,31 +75,26 @@ def test_a_scan_under_way_ends_as_its_archive(small_map):
         np.testing.assert_array_equal(values, whole.arrays[name])
 
 
-def test_a_long_section_keeps_its_last_states(small_map, monkeypatch):
-    whole = stored(small_map).arrays["section"]
-    monkeypatch.setattr("nlds_vines.explore.map_data.MOST_SECTION", 6 * 4 * 2 * 4 * 5)
-    np.testing.assert_array_equal(stored(small_map).arrays["section"], whole[..., -5:, :])
-
-
-def test_a_map_without_a_section_shows_the_point_of_the_periodic_orbit(small_map):
+def test_a_long_section_keeps_its_last_states_and_without_one_the_orbit_s_point_is_shown(
+    small_map, monkeypatch
+):
     archive = stored(small_map)
+    monkeypatch.setattr("nlds_vines.explore.map_data.MOST_SECTION", 6 * 4 * 2 * 4 * 5)
+    section = archive.arrays["section"]
+    np.testing.assert_array_equal(stored(small_map).arrays["section"], section[..., -5:, :])
     arrays = {n: v for n, v in archive.arrays.items() if n != "section"}
     points = section_points(type(archive)(archive.scan, arrays), 12)
     np.testing.assert_array_equal(points[:, 0], archive.lanes("orbit_point").reshape(-1, 4))
 
 
-@pytest.mark.parametrize("kind", ["missing", "text", "cut", "tuning"])
-def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path, error_of):
-    path = tmp_path / "other.h5"
-    if kind == "text":
-        path.write_text("no archive")
-    elif kind == "cut":
-        path.write_bytes(small_map.read_bytes()[: small_map.stat().st_size // 2])
-    elif kind == "tuning":
-        path.write_bytes(small_map.read_bytes())
-        with h5py.File(path, "a") as file:
-            file.attrs["content"] = "tuning"
-    assert "other.h5" in error_of(stored, path)
+def test_any_other_file_is_refused_in_one_line(small_map, tmp_path, error_of):
+    path, whole = tmp_path / "other.h5", small_map.read_bytes()
+    for content in (b"no archive", whole[: len(whole) // 2], whole):
+        path.write_bytes(content)
+        if content is whole:
+            with h5py.File(path, "a") as file:
+                file.attrs["content"] = "tuning"
+        assert "other.h5" in error_of(stored, path)
 
 
 def test_what_maps_and_diagrams_show(small_map, small_diagram):

@@ -2,7 +2,7 @@
 
     accuracy         error against run time with the solvers of others: docs/accuracy.md
     extremes         ten extremes and their bounds: docs/accuracy.md
-    speed            CPU times, as ratios to those of another checkout
+    speed            CPU times, as ratios to those of another checkout, and beside their kernels'
     cold             the wait before the first orbit
     costs            the cost of walls, limits and records
     load_costs       a cell under a load beside one under the harmonic force

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.python import in_kernels
+from benchmarks.speed import in_kernels
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation

@@ -3,6 +3,7 @@
     python -m benchmarks.speed                            CPU times of this checkout
     python -m benchmarks.speed --against ../before        ... and their ratios to another's
     python -m benchmarks.speed --only diagram rk4         some of them
+    python -m benchmarks.speed --kernels                  ... and how much of it kernels do
 
 Each checkout runs in a separate process and is called by public names only, so a checkout can be
 compared if it has today's public names. Both do the same work in turn, under the same load; the
@@ -17,11 +18,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any, Self
+
+import numpy as np
 
 import nlds_vines as nv
 
@@ -58,6 +62,26 @@ def scanned(vary: Any, **tables: object) -> Callable[[], object]:
     return lambda: nv.scan(scan, quiet=True)
 
 
+def shaken() -> Callable[[], object]:
+    """Return a function that follows a damper for 40 s of noise under a smooth envelope."""
+    times = np.arange(4000) * 0.01
+    noise = np.random.default_rng(1).normal(size=times.size) * np.sin(np.pi * times / 40.0)
+    record = {"times": times.tolist(), "values": (3.0 * noise / np.abs(noise).max()).tolist()}
+    load = {"record": {**record, "unit": "m/s^2"}}
+    return partial(nv.response_history, "tmd", load=load, duration=40.0, quiet=True)
+
+
+def sampled(count: int = 10_000) -> Callable[[], object]:
+    """Return a function that follows Set 6 with four parameters drawn at random."""
+    rng = np.random.default_rng(0)
+    samples = {
+        name: SET6.parameters[name] * (1.0 + 0.05 * rng.normal(size=count))
+        for name in ("k1", "k2", "C", "P")
+    }
+    sampling: dict[str, Any] = {"transient": 200, "periods": 100}
+    return lambda: nv.scan(SET6, samples=samples, record=["energy"], sampling=sampling, quiet=True)
+
+
 LINE = {"omega": {**WINDOW, "num": 41}}
 DESIGNS = {"k2": {"start": 300.0, "stop": 1500.0, "num": 64}}
 PLANE = {"omega": {**WINDOW, "num": 9}, "P": {"start": 500.0, "stop": 900.0, "num": 5}}
@@ -82,6 +106,12 @@ BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
     "designs": lambda: scanned(
         DESIGNS, sampling={"transient": 200, "periods": 60}, record={"want": ["energy"]}
     ),
+    "samples": sampled,
+    "with_": lambda: partial(SET6.with_, omega=7.5),
+    "simulate": lambda: partial(nv.simulate, SET6, 1, quiet=True),
+    "classify": lambda: partial(nv.classify, SET6.with_(omega=5.5), quiet=True),
+    "blow": lambda: partial(nv.response_history, "tmd", impulse=300.0, duration=10.0, quiet=True),
+    "record": shaken,
 }
 
 
@@ -89,6 +119,40 @@ def spent(work: Callable[[], object]) -> float:
     began = time.process_time()
     work()
     return time.process_time() - began
+
+
+@contextmanager
+def in_kernels(kernels: Iterable[tuple[Any, str]] = ()) -> Iterator[list[float]]:
+    """Collect the CPU times of the calls of kernels, each named by the module that looks for it.
+
+    By default those that public functions call.
+    """
+    from nlds_vines.kernels.cells import lanes
+    from nlds_vines.orbits import load_flight, simulation
+
+    usual = (
+        (simulation, "run_cell"), (load_flight, "fly_orbits"), (load_flight, "fill_rates"),
+        (lanes, "run_lanes"), (lanes, "judge_lanes"),
+    )  # fmt: skip
+    times: list[float] = []
+
+    def timed(kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            began = time.thread_time()
+            result = kernel(*arguments)
+            times.append(time.thread_time() - began)
+            return result
+
+        return call
+
+    before = [(module, name, getattr(module, name)) for module, name in kernels or usual]
+    for module, name, kernel in before:
+        setattr(module, name, timed(kernel))
+    try:
+        yield times
+    finally:
+        for module, name, kernel in before:
+            setattr(module, name, kernel)
 
 
 class Checkout:
@@ -141,10 +205,22 @@ def main() -> None:
     )
     parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="a folder of the project")
     parser.add_argument("--rounds", type=int, default=15, metavar="N", help="pairs (15)")
+    parser.add_argument("--kernels", action="store_true", help="and how much of it kernels do")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.serve:
         return serve()
+    if options.kernels:
+        for name in options.only or BENCHMARKS:
+            work = BENCHMARKS[name]()
+            work()  # compiles
+            wholes, kernels = list[float](), list[float]()
+            for _ in range(options.rounds):
+                with in_kernels() as times:
+                    wholes.append(spent(work))
+                kernels.append(sum(times))
+            print(f"{name:14} {median(wholes):10.6f} s, of which kernels {median(kernels):10.6f} s")
+        return None
     with ExitStack() as stack:
         ours = stack.enter_context(Checkout(HERE))
         other = stack.enter_context(Checkout(options.against)) if options.against else None

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from twin_spans import Law
+from twin_of_laws import Law
 
 STEEP = 3e7  # K of the powers
 

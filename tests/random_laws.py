@@ -11,8 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from twin_of_laws import ChatterError, Course
-from twin_spans import Law, Model, Wall
+from twin_of_laws import ChatterError, Course, Law, Model, Wall
 
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flights import LOAD, fly, longest_cell
 from random_laws import Case, case_of, compare_impacts, compare_states
-from twin_of_laws import ChatterError, Course
-from twin_spans import COS, ONE, SIN, V1, Model
+from twin_of_laws import COS, ONE, SIN, V1, ChatterError, Course, Model
 
 MOST_SPANS = 400  # of a segment: a contact that rests takes endless steps of the twin
 RECORD = ("states", "work", "impacts", "energy", "response", "clearance")

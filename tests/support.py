@@ -12,7 +12,15 @@ from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import COEF, TAYLOR, Grid, rate_of
+from nlds_vines.kernels.motion.flight import (
+    COEF,
+    PERIOD,
+    TAYLOR,
+    Grid,
+    cells_of,
+    grid_from,
+    rate_of,
+)
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RELEASED
@@ -155,6 +163,13 @@ class Approach:
         solved, s, x1, v1, took, depth = short_impact(side, True, self.wave, self.touch)
         assert solved
         return Impact(-s, x1, v1, took, depth)
+
+
+def flight_parts(**numbers):
+    """Return (structure, damper, grid of a period) as kernels see them, for a flight on its own."""
+    cell = kernel_cell(**numbers)
+    ps, damper = structure_under(None, cell), damper_in(cell)
+    return ps, damper, grid_from(ps, damper, cells_of(ps, damper), PERIOD)
 
 
 def grid_with(p, h=0.1):

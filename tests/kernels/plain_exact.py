@@ -5,25 +5,22 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev, Polynomial
-from support import NOTHING, grid_with, kernel_cell, system_of
+from support import NOTHING, flight_parts, grid_with, kernel_cell, system_of
 
 from nlds_vines.kernels.events.exact import fly, note_misses
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
 from nlds_vines.kernels.motion.flight import (
     OF_E2,
     ORDER,
-    PERIOD,
     TERMS,
     Bounds,
     at,
     bounds_of,
     cell_polynomial,
-    cells_of,
     expand,
-    grid_from,
 )
 from nlds_vines.kernels.scene.codes import SECTION
-from nlds_vines.kernels.scene.scene import Flight, damper_in, scale_of, structure_under
+from nlds_vines.kernels.scene.scene import Flight, scale_of
 from nlds_vines.kernels.watch import response
 from nlds_vines.kernels.watch.observe import energies, note_energy, powers_at
 from nlds_vines.kernels.watch.touch import (
@@ -229,9 +226,7 @@ BOTH = 3  # bodies
 def random_cell(rng):
     """Return structure, damper, grid with an expanded cell, (cos, sin) at its start, its state."""
     numbers = {name: value * 10.0 ** rng.uniform(-1, 1) for name, value in FORCED.items()}
-    cell = kernel_cell(**numbers)
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    ps, damper, grid = flight_parts(**numbers)
     phase = rng.uniform(0, 2 * np.pi)
     y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
     y *= rng.choice([0.05, 1.0], 4)  # a slow body may turn round
@@ -316,9 +311,7 @@ def test_what_rises_between_the_ends_of_a_cell_is_suspected():
         seen |= suspected(ps, damper, grid, y)
         seen |= suspected(ps, damper, grid, y, 0.2 + 0.01 * seed)
     # the structure turns round in the middle of the cell, or the force on it vanishes there
-    cell = kernel_cell(**FORCED)
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    ps, damper, grid = flight_parts(**FORCED)
     half, p = 0.5 * grid.h, FORCED
     back = (p["P"] - p["k1"] * 0.05) / p["m1"]
     seen |= suspected(ps, damper, grid, np.array([0.05, -half * back, 0.0, 0.0]))
@@ -351,9 +344,8 @@ def test_how_far_an_energy_may_rise_between_its_ends(length):
 @pytest.mark.parametrize("softer", [1e2, 1e4, 1e6])
 def test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected(softer):
     """k2 (x1 - r)^2 / 2 rises by far more than the energy scale would allow a body of its own."""
-    cell = kernel_cell(**{**FORCED, "P": 0.0, "c1": 0.0, "c2": 0.0, "k1": FORCED["k2"] / softer})
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    changes = {"P": 0.0, "c1": 0.0, "c2": 0.0, "k1": FORCED["k2"] / softer}
+    ps, damper, grid = flight_parts(**{**FORCED, **changes})
     x1, r = 0.7 / math.sqrt(ps.k1), -0.7 / math.sqrt(damper.k2)
     v2 = -0.5 * grid.h * damper.k2 * r / damper.m2  # it turns round in the middle
     assert suspected(ps, damper, grid, np.array([x1, 0.0, r, -v2])) & 2
@@ -381,12 +373,10 @@ def flights(seed):
     """Yield pieces of a random orbit behind a rigid wall: as `fly` notes them, and as they are."""
     rng = np.random.default_rng(seed)
     numbers = {name: value * 10.0 ** rng.uniform(-1, 1) for name, value in FORCED.items()}
-    cell = kernel_cell(**numbers, K=1e7)
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    ps, damper, grid = flight_parts(**numbers)
     y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
     y = (y[0], y[1], -abs(y[2]), y[1] - y[3])
-    wall = hertz_wall_at(0.3 * abs(y[2]), damper_in(cell).inv_mu, cell)
+    wall = hertz_wall_at(0.3 * abs(y[2]), damper.inv_mu, kernel_cell(**numbers, K=1e7))
     energy, truth = np.zeros(2), np.zeros(2)
     j, x, cells = 0, 0.0, 0
     while cells < 25:

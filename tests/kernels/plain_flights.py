@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from support import NOTHING, grid_with, kernel_cell
+from support import NOTHING, flight_parts, grid_with, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly, may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
@@ -131,8 +131,7 @@ def parts_of(**changes):
 
 def prepared(**changes):
     """Return structure, damper and the grid of a period."""
-    ps, damper = parts_of(**changes)
-    return ps, damper, flights.grid_from(ps, damper, flights.cells_of(ps, damper), flights.PERIOD)
+    return flight_parts(**{**FORCED, **changes})
 
 
 def derivatives(ps, damper, h, y, phase):

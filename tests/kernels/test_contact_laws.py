@@ -8,8 +8,7 @@ from contact_laws import LAWS, STEEP
 from flights import flow_on
 from random_laws import model_of
 from support import BOTH, period_map
-from twin_of_laws import follow
-from twin_spans import Law, Model, Wall
+from twin_of_laws import Law, Model, Wall, follow
 
 from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels.orbit import variations

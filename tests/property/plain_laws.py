@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from random_laws import LOADED, Case, allowed, case_of, errors_of, worst_of
 from support import references, system_of
-from twin_spans import Law, Model, Wall
+from twin_of_laws import Law, Model, Wall
 
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System

@@ -13,13 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support import BOTH, NOTHING, follow_ssul, kernel_cell
+from support import BOTH, NOTHING, flight_parts, follow_ssul, kernel_cell
 from twin import follow, follow_all, model_of
 
 from nlds_vines.kernels.events.exact import SECTION, fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import PERIOD, cells_of, grid_from
-from nlds_vines.kernels.scene.scene import Flight, damper_in, structure_under
+from nlds_vines.kernels.scene.scene import Flight
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -200,10 +199,8 @@ def touches(numbers, start, periods, certified=True):
 
     The bounds of d2r/dt2 rest on `grid.bend` and the forcing alone; the flight itself is tabulated.
     """
-    cell = kernel_cell(**numbers)
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    wall = hertz_wall_at(numbers["C"], damper.inv_mu, cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+    ps, damper, grid = flight_parts(**numbers)
+    wall = hertz_wall_at(numbers["C"], damper.inv_mu, kernel_cell(**numbers))
     if not certified:
         ps, grid = ps._replace(force=0.0), grid._replace(bend=0.0)
     x1, v1, x2, v2 = start

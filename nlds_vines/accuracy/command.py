@@ -18,10 +18,10 @@ from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, at, from_text, shown, whole
 from nlds_vines.model.catalog import load_system
+from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
     from nlds_vines.accuracy.measure import Reference, Result
-    from nlds_vines.model.system import System
 
 _DEFAULT = "ssul-set6"
 _EXAMPLES = """\

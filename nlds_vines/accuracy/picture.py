@@ -12,7 +12,6 @@ from nlds_vines.accuracy.measure import Reference, Result
 from nlds_vines.plotting.page import ONE_COLUMN, styled
 from nlds_vines.plotting.style import CM, STYLE
 
-_HEIGHT = 8.0 * CM
 _LOOKS: dict[str, dict[str, Any]] = {
     "exact": {"color": "#000000", "marker": "o", "linewidth": 1.8},
     "rk4": {"color": "#0072b2", "marker": "s", "linewidth": 1.8},
@@ -23,7 +22,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 @styled()
 def draw(truth: Reference, results: Sequence[Result]) -> Figure:
     """Draw each method's settings that no other of its settings beats in both error and time."""
-    figure = Figure(figsize=(ONE_COLUMN.width, _HEIGHT), layout="constrained")
+    figure = Figure(figsize=(ONE_COLUMN.width, 8.0 * CM), layout="constrained")
     axes = figure.subplots()
     for method, look in _LOOKS.items():
         mine = (r for r in results if r.method == method and not r.failure)
@@ -33,13 +32,8 @@ def draw(truth: Reference, results: Sequence[Result]) -> Figure:
         if front:
             axes.loglog(*np.array(front).T, markersize=3.2, label=method, **look)
     if truth.uncertainty > 0.0:
-        axes.axhline(
-            truth.uncertainty,
-            color="#bbbbbb",
-            linewidth=0.6,
-            zorder=0,
-            label="uncertainty of the reference",
-        )
+        look = {"color": "#bbbbbb", "linewidth": 0.6, "zorder": 0}
+        axes.axhline(truth.uncertainty, label="uncertainty of the reference", **look)
     axes.set_title(truth.system.name, fontsize=STYLE["axes.labelsize"], loc="left")
     axes.set_xlabel("CPU time per forcing period [s]")
     axes.set_ylabel("error of the state [m, m/s]")

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from math import prod
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
@@ -28,13 +28,15 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import squareform
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.bifurcation.request import state_scales
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.request import Scan, state_scales
 from nlds_vines.bifurcation.result import own_states
 from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.kernels.cells.lanes import LAST_STATE
 from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import (
     Kernels,
     Wanted,
@@ -47,11 +49,6 @@ from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.starts import Start, given_states, length_unit, user_states
 from nlds_vines.runs.progress import Tell
-
-if TYPE_CHECKING:
-    from nlds_vines.bifurcation.blocks import Block
-    from nlds_vines.bifurcation.request import Scan
-    from nlds_vines.model.scenes import Scene
 
 NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit
 

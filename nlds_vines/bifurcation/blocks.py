@@ -11,16 +11,14 @@ from glob import escape
 from itertools import pairwise, product
 from math import ceil, prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.records import noted, touches_noted
 from nlds_vines.runs.executors import Shard, free_disk, free_memory
-
-if TYPE_CHECKING:
-    from nlds_vines.bifurcation.request import Scan
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
 MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
@@ -75,11 +73,6 @@ def share_in_words(scan: Scan, shard: Shard) -> str:
     return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"
 
 
-def result_bytes(scan: Scan) -> int:
-    """Return the bytes of all results of a scan before compression, 16 for a string."""
-    return scan.table.bytes(text=16)
-
-
 def lane_bytes(scan: Scan) -> int:
     """Return the bytes of one orbit's buffers; a verdict needs a longer section than is stored."""
     rows = noted(scan.want, scan.transient, scan.periods)
@@ -90,7 +83,8 @@ def lane_bytes(scan: Scan) -> int:
 
 
 def block_bytes(scan: Scan) -> int:
-    return result_bytes(scan) * _largest(scan) // prod(scan.shape)
+    """Return the bytes of the results of the largest block, 16 for a string."""
+    return scan.table.bytes(text=16) * _largest(scan) // prod(scan.shape)
 
 
 def work_bytes(scan: Scan) -> int:

@@ -9,11 +9,13 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation import blocks
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities, sample_panels
 from nlds_vines.bifurcation.request import Scan, load_scan
@@ -29,8 +31,6 @@ from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     from nlds_vines.bifurcation.run import Report
 
 _EXAMPLES = """\
@@ -204,7 +204,7 @@ class Job(commands.Job):
             *ranges,
             f"orbits:   {scan.lanes} ({grid} cells, {blocks.counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
-            f"results:  {size(blocks.result_bytes(scan))} before compression",
+            f"results:  {size(scan.table.bytes(text=16))} before compression",
             f"memory:   {size(blocks.work_bytes(scan))} of results at a time, "
             f"{blocks.counted(len(blocks.blocks_of(scan)), 'block')}",
             *share,
@@ -216,7 +216,6 @@ class Job(commands.Job):
             values = parameters_in_words(self.request.system, self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:
-            from nlds_vines.archives.archive import read
             from nlds_vines.bifurcation.run import spectral_summary
 
             with read(self.archive) as view:

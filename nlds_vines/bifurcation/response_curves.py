@@ -64,7 +64,7 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.orbits.records import USUAL
+from nlds_vines.orbits.records import USUAL, failures_in, failures_in_words
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.drawable import Drawable
@@ -671,8 +671,6 @@ class Job(commands.Job):
             refuse_without_room(case.scan, self.archive)
 
     def failure(self, results: ResponseCurves) -> str:
-        from nlds_vines.orbits.records import failures_in, failures_in_words
-
         statuses = np.concatenate([curve.numbers["status"].ravel() for curve in results.curves])
         return failures_in_words(failures_in(statuses), self.request.lanes)
 

@@ -20,6 +20,7 @@ from nlds_vines.errors import RequestError, at, number, shown, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.system import System
 from nlds_vines.orbits import starts
 from nlds_vines.runs.progress import Tell
 
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.model.system import System
     from nlds_vines.orbits.simulation import Beginning, Orbit
 
 

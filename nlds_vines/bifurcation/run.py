@@ -44,7 +44,6 @@ from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
 if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.attractors import OrbitEnds
 
 _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
@@ -65,7 +64,7 @@ class Report:
     violated: int = 0  # orbits that pass the limit of their scene
     depths: tuple[float, float] = (math.inf, 0.0)  # the least and the largest by which they do [m]
 
-    def note(self, arrays: Mapping[str, np.ndarray] | ArchiveView) -> None:
+    def note(self, arrays: Mapping[str, np.ndarray] | archive.ArchiveView) -> None:
         """Count the orbits of a block, or of an open archive."""
         status = arrays["status"]
         self.lanes += status.size
@@ -117,7 +116,7 @@ class Report:
         return lines
 
 
-def spectral_summary(view: ArchiveView) -> str:
+def spectral_summary(view: archive.ArchiveView) -> str:
     """Return one line on the orbits whose spectra and verdicts disagree."""
     agree, spectral = view["spectra_agree"], view["spectral_label"]
     which = agree == KEPT["no"]
@@ -179,7 +178,7 @@ class Computer:
             from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
-        self._kernels = Kernels(wanted, tell, helped=helped)
+        self.kernels = Kernels(wanted, tell, helped=helped)
         self._spectral, self._traced = scan.spectral, None
         if self._spectral is not None:
             traced = replace(wanted, want=("section",))
@@ -230,8 +229,8 @@ class Computer:
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
             arrays |= self.ends.arrays(chains[:, 0], starts, where)
-        if self._kernels.records or "status" not in arrays:
-            outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        if self.kernels.records or "status" not in arrays:
+            outputs = self.kernels.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
         if "spectra_agree" in self.scan.table.datasets:
             regimes, n = arrays["regime"], arrays["periodicity"]
@@ -245,9 +244,6 @@ class Computer:
             if values.dtype.kind == "f":  # the sign of a computed NaN depends on the processor
                 values[np.isnan(values)] = np.nan
         return arrays
-
-    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
-        return self._kernels.run(chains, starts, transient, periods)
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return orbits by number, cell after cell: cells (n, 1), starts (n, 4), places (n,)."""

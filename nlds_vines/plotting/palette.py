@@ -145,8 +145,9 @@ def hatch_of(label: str) -> str:
     return _HATCHES.get(label, THROUGH_CHAOS if label.startswith(TRANSIENT) else "")
 
 
-def patch_look(label: str, color: str) -> dict[str, Any]:
-    """Return the settings of a patch of a regime: its color, and a hatch if it has one."""
+def patch_look(label: str, color: str = "") -> dict[str, Any]:
+    """Return the settings of a patch of a regime: a color, its own by default, and its hatch."""
+    color = color or color_of(label)
     look: dict[str, Any] = {"facecolor": color, "linewidth": 0}
     edge = GRAY if label == HATCHED else "white" if is_dark(color) else "black"
     return look | ({"hatch": hatch_of(label), "edgecolor": edge} if hatch_of(label) else {})

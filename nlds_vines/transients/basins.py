@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.request import begins_at_sections
 from nlds_vines.bifurcation.result import nearest_place, scan_of
@@ -19,9 +19,6 @@ from nlds_vines.errors import RequestError, number, whole
 from nlds_vines.model.parameters import DESCRIBED, INITIAL, component_of
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.ensemble import LEVEL, share_interval
-
-if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
 
 BOX = 20  # cells along a box's side: 400 orbits tell its shares well (Daza et al. 2016)
 
@@ -270,8 +267,6 @@ def basin_measures(
     [('T,0', 0.5), ('T,1', 0.5)]
     """
     if isinstance(archive, str | os.PathLike):
-        from nlds_vines.archives.archive import read
-
         with read(archive) as view:
             return basin_measures(view, side, **values)
     if ATTRACTOR not in archive:

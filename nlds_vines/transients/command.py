@@ -24,11 +24,10 @@ from nlds_vines.model.parameters import CONTACT, HERTZ, setting_in_words
 from nlds_vines.model.scenes import BASES
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System, system_in_words
-from nlds_vines.transients.ensemble import DELAY
+from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
-    from nlds_vines.transients.ensemble import Ensemble
 
 _NAME = "transients"
 _SYSTEM = "ssul-set6"
@@ -120,8 +119,6 @@ def transient_lifetimes(
     archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
     Job.compute(scan, system, archive, how, delay=delay)
-    from nlds_vines.transients.ensemble import ensemble_of
-
     return ensemble_of(archive, delay=delay)
 
 
@@ -155,8 +152,6 @@ class Job(bifurcation.Job):
         picture(self.delay).save(self.archive, plot, frequency=self.frequency)
 
     def lines(self, results: Report) -> list[str]:
-        from nlds_vines.transients.ensemble import ensemble_of
-
         ensemble = ensemble_of(self.archive, delay=self.delay)
         return [self.request.title, *ensemble.lines(), *results.inadmissible()]
 

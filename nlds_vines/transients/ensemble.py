@@ -11,20 +11,17 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.representation import Outlined
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import TRANSIENT, by_frequency, finals
 from nlds_vines.plotting.drawable import Drawable
-
-if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
-    from nlds_vines.bifurcation.request import Scan
 
 DELAY = 50.0  # forcing periods by which orbits are on the chaotic set, or past it
 LEVEL = 0.95  # confidence of all intervals, by default
@@ -324,8 +321,6 @@ def ensemble_of(
     5
     """
     if isinstance(source, str | os.PathLike):
-        from nlds_vines.archives.archive import read
-
         with read(source) as opened:
             return ensemble_of(opened, *cell, delay=delay, level=level)
     view = source

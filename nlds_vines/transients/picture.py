@@ -22,7 +22,7 @@ from nlds_vines.plotting.page import (
     styled,
     write_letters,
 )
-from nlds_vines.plotting.palette import OTHERS, colors, patch_look
+from nlds_vines.plotting.palette import OTHERS, patch_look
 from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
@@ -103,15 +103,14 @@ def _draw_shares(axes: Axes, ensemble: Ensemble, _page: Page = TWO_COLUMNS) -> N
     """Draw the share of every final regime as a bar, with its part through chaos."""
     shares = ensemble.shares
     places = np.arange(len(shares))
-    color = colors(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
-        look = patch_look(entry.label, color[entry.label])
-        axes.barh(place, entry.share, height=0.62, **look)
+        axes.barh(place, entry.share, height=0.62, **patch_look(entry.label))
         through = entry.through_chaos / entry.total
         axes.barh(place, through, height=0.16, color=OTHERS["transient chaos"], linewidth=0)
         axes.hlines(place, entry.low, entry.high, color="black", linewidth=0.9)
         text = f"{entry.count}" + (f", {entry.through_chaos} through chaos" * bool(through))
-        look = {"textcoords": "offset points", "va": "center", "fontsize": STYLE["xtick.labelsize"]}
+        look: dict[str, Any] = {"textcoords": "offset points", "va": "center"}
+        look["fontsize"] = STYLE["xtick.labelsize"]
         axes.annotate(text, (max(entry.share, entry.high), place), (5, 0), **look)
     axes.set_yticks(places, [entry.label for entry in shares])
     axes.tick_params(axis="y", length=0)

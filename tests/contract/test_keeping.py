@@ -171,7 +171,7 @@ def test_block_bytes_bounds_the_largest_block():
         for policy in ("rest", "up"):
             scan = make_scan(vary=vary, start={"policy": policy})
             cells = max(block.cells for block in cutting.blocks_of(scan))
-            assert cutting.block_bytes(scan) >= cutting.result_bytes(scan) * cells // (
+            assert cutting.block_bytes(scan) >= scan.table.bytes(text=16) * cells // (
                 scan.lanes // scan.starts
             )
 

@@ -68,7 +68,7 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     )  # fmt: skip
     chains = np.ascontiguousarray(cells.reshape(-1, 1))
     starts = np.zeros((len(chains), 4)) if starts is None else np.ascontiguousarray(starts)
-    out = Computer(scan).run(chains, starts, transient, periods)
+    out = Computer(scan).kernels.run(chains, starts, transient, periods)
     verdicts = out.verdicts(chains)
     rows = out.evidence[:, 0]
     point = rows[:, ev.POINT : ev.POINT + 4]

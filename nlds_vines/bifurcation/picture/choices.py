@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import load_scan
@@ -24,10 +24,6 @@ from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.plotting.bands import drawable, is_list
 from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
-
-if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
-
 
 SIGNAL = "signal"  # the dimension along which spectral quantities differ in their signal
 SECTION = "section"  # the dataset whose components are quantities of their own

@@ -41,15 +41,9 @@ from nlds_vines.plotting.page import (
 )
 from nlds_vines.plotting.style import CM, DOT, axis_label, quantity_label, setting_label, typeset
 
-IMPACTS = "#fff7c2"
-"""The color of values with impacts: light yellow, as in Figure 2b."""
-
-RESONANCE = "#444444"
-"""The color of the structure's natural frequency."""
-
-BASE = "#b03a00"
-"""The color of the title of the panel that shows the original tuning."""
-
+IMPACTS = "#fff7c2"  # the color of values with impacts: light yellow, as in Figure 2b
+RESONANCE = "#444444"  # the color of the structure's natural frequency
+BASE = "#b03a00"  # the color of the title of the panel that shows the original tuning
 REDUCTION = "reduction"
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns

@@ -501,8 +501,7 @@ def legend_of_strips(cuts: Sequence[Slice], left_out: Sequence[str]) -> list[Any
         handles.append(Patch(facecolor=palette.OTHERS[CHAOS], label=text))
     words = palette.in_order({palette.drawn_as(word) for word in left_out})
     for word in words[:_MOST_LEFT_OUT]:
-        label = palette.example_of(word)
-        look = palette.patch_look(label, palette.color_of(label))
+        look = palette.patch_look(palette.example_of(word))
         handles.append(Patch(label=palette.short(word), **look))
     if len(words) > _MOST_LEFT_OUT:
         handles.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
@@ -519,7 +518,7 @@ def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]], setting: str = "") ->
     """
     for row_number, row in enumerate(rows):
         for band in row:
-            look = palette.patch_look(band.label, palette.color_of(band.label))
+            look = palette.patch_look(band.label)
             corner = band.low, row_number / len(rows)
             axes.add_patch(Rectangle(corner, band.width, 1 / len(rows), **look))
     axes.set_ylim(0, 1)

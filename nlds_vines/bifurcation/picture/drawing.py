@@ -44,7 +44,7 @@ from nlds_vines.plotting.page import (
     styled,
     write_letters,
 )
-from nlds_vines.plotting.palette import color_of, ink_of, ordered, patch_look, short
+from nlds_vines.plotting.palette import ink_of, ordered, patch_look, short
 from nlds_vines.plotting.style import CM, DOT, HUES, NAVY, axis_label
 
 _HEIGHT = 4.6 * CM  # inches, of a panel
@@ -64,31 +64,40 @@ def draw_samples(view: ArchiveView, names: Sequence[str], page: Page = TWO_COLUM
     panels = [figure.add_subplot(grid[divmod(i, columns)]) for i in range(len(names))]
     for axes, name in zip(panels, names, strict=True):
         fill_sample_panel(axes, view, name)
-    labels = _labels(view)
-    has_dots = any(_parts(name)[1] in _columns(view) for name in names)
-    has_bars = choices.REGIMES in names  # which name the colors
-    if labels is not None and has_dots and not has_bars:
+    labels, has_dots = _labels(view), any(_parts(name)[1] in _columns(view) for name in names)
+    if labels is not None and has_dots and choices.REGIMES not in names:  # bars name the colors
         handles = [
             Line2D([], [], color=ink_of(word), label=short(word), markersize=3.0, **DOT)
             for word in ordered(labels.tolist())
         ]
         add_legend(panels[0], handles, "above", LETTER_ROOM)
-    if len(panels) > 1:
-        write_letters(panels)
+    write_letters(panels)
     finish(figure, grid, view.text("title"))
     return figure
 
 
 def fill_sample_panel(axes: Axes, view: ArchiveView, name: str) -> None:
-    if name == choices.REGIMES:
-        _draw_regimes(axes, view)
+    labels = _labels(view)
+    if name == choices.REGIMES and labels is not None:
+        ends = by_frequency(finals(labels.astype(object)))
+        shown, rest = ends[:_MOST_REGIMES], sum(count for _, count in ends[_MOST_REGIMES:])
+        for place, (word, count) in enumerate(shown):
+            axes.barh(place, count / labels.size, height=0.7, **patch_look(word))
+        if rest:
+            axes.barh(len(shown), rest / labels.size, height=0.7, color="#999999")
+        names = [short(word) for word, _ in shown] + ["others"] * bool(rest)
+        axes.set_yticks(range(len(names)), names)
+        for tick, (word, _) in zip(axes.get_yticklabels(), shown, strict=False):
+            tick.set_color(ink_of(word))  # as the dots of other panels
+        axes.set_ylim(len(names) - 0.4, -0.6)
+        axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+        axes.set_xlabel("share of samples")
         return
     quantity, other = _parts(name)
     drawn = choices.quantities_in(view)[quantity]
     values = drawn.of(view)[..., 0]  # (samples, starts)
     finite = values[np.isfinite(values)]
     if other in _columns(view):
-        labels = _labels(view)
         across = np.repeat(view[other], values.shape[1])
         words = np.full(across.size, "") if labels is None else labels
         for word in ordered(np.unique(words).tolist()) if labels is not None else [""]:
@@ -122,26 +131,6 @@ def fill_sample_panel(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.margins(y=0.25)
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper right", frameon=True, framealpha=0.85, edgecolor="none")
-
-
-def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
-    labels = _labels(view)
-    assert labels is not None
-    counts = by_frequency(finals(labels.astype(object)))
-    rest = sum(count for _, count in counts[_MOST_REGIMES:])
-    rows = counts[:_MOST_REGIMES]
-    for place, (word, count) in enumerate(rows):
-        axes.barh(place, count / labels.size, height=0.7, **patch_look(word, color_of(word)))
-    names = [short(word) for word, _ in rows]
-    if rest:
-        axes.barh(len(rows), rest / labels.size, height=0.7, color="#999999")
-        names.append("others")
-    axes.set_yticks(range(len(names)), names)
-    for tick, (word, _) in zip(axes.get_yticklabels(), rows, strict=False):
-        tick.set_color(ink_of(word))  # as the dots of other panels
-    axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axes.set_xlabel("share of samples")
 
 
 def _parts(name: str) -> tuple[str, str]:

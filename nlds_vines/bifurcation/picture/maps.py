@@ -244,8 +244,7 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     named = palette.in_order(ends if len(ends) <= room else ends[: room - 1])
     handles = []
     for word in named:
-        example = palette.example_of(word)
-        look = palette.patch_look(example, palette.color_of(example))
+        look = palette.patch_look(palette.example_of(word))
         handles.append(Patch(label=choices.in_legend(palette.short(word), view), **look))
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
@@ -557,13 +556,9 @@ def _looks(view: ArchiveView) -> tuple[list[_Look], np.ndarray]:
 
 def _patches_of(looks: Iterable[_Look]) -> list[Any]:
     """Return the handles of a legend, by period, cells without a known attractor last."""
-    order = palette.in_order({look.label for look in looks if look.label})
+    order = [*palette.in_order({look.label for look in looks if look.label}), ""]
     handles = []
-    for look in sorted(
-        looks, key=lambda x: (order.index(x.label) if x.label else len(order), x.name)
-    ):
-        style: dict[str, Any] = {"facecolor": look.color, "linewidth": 0}
-        if look.label:
-            style = palette.patch_look(palette.example_of(look.label), look.color)
+    for look in sorted(looks, key=lambda look: (order.index(look.label), look.name)):
+        style = palette.patch_look(palette.example_of(look.label), look.color)
         handles.append(Patch(label=look.name, **style))
     return handles

@@ -59,13 +59,7 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
                 return plane_diagram(result, scan, page)
             return branch_diagram(result, scan, page, names)
 
-    def panels(view: ArchiveView) -> dict[str, str]:
-        result = read_continuation(view.path)
-        if result.request.plane is None:
-            return panels_of(result)
-        return {"plane": "curves of special points in the plane of two parameters"}
-
-    return Picture(panels, draw, _fill_axes)
+    return Picture(lambda view: panels_of(read_continuation(view.path)), draw, _fill_axes)
 
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
@@ -93,8 +87,7 @@ def branch_diagram(
 ) -> Figure:
     """Return the diagram of branches over an open `scan`, with the panels `shown` or all."""
     name, shown = result.request.along.name, shown or list(panels_of(result))
-    if scan is not None and scan.axes != (name,):
-        raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
+    borders = [] if scan is None else borders_of(result, scan)
     regimes: list[Band] = []
     if scan is not None and "label" in scan:
         inside = _inside(result, scan)
@@ -117,7 +110,7 @@ def branch_diagram(
         # Ticks at the foot mark the borders of regimes, in the color of the special point that ends
         # or begins a regime there; gray if both orbits stay stable and the start changes basins.
         low, high = panels[-1].get_ylim()
-        for border in borders_of(result, scan):
+        for border in borders:
             ticks = [(value, MARKS[kind]["color"]) for kind, value in border.events]
             for value, color in ticks or [(0.5 * (border.low + border.high), GRAY)]:
                 top = low + _TICK * (high - low)
@@ -130,6 +123,8 @@ def branch_diagram(
 
 
 def panels_of(result: Continued) -> dict[str, str]:
+    if result.request.plane is not None:
+        return {"plane": "curves of special points in the plane of two parameters"}
     names = result.request.system.scene.components
     component = next(one for one in ("x2", "x", "x1") if one in names)  # of the body that impacts
     return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}

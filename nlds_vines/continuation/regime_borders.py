@@ -20,6 +20,7 @@ from nlds_vines.continuation.result import Continued, map_of
 from nlds_vines.continuation.run import orbits_in
 from nlds_vines.continuation.section_map import SectionMap, place_of
 from nlds_vines.continuation.special_points import doubling_near
+from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import final
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")  # where a stable orbit ends or loses stability
@@ -103,11 +104,18 @@ class Border:
 
 
 def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
-    """Return the label changes of a scan's first start within the interval of `result`."""
+    """Return the label changes of a scan's first start within the interval of `result`.
+
+    Raises `RequestError` for a scan along another parameter.
+    """
     along, name = result.request.along, result.request.along.name
+    if scan.axes != (name,):
+        raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
+    if "label" not in scan:
+        return []
     labels, values = scan.take("label", start=0), scan[name]
     section_map = map_of(result.request)
-    orbits = {orbit.value: orbit for orbit in orbits_in(scan, name, {})}
+    orbits = {orbit.value: orbit for orbit in orbits_in(scan, name, {}, starts=1)}
     inside = (values[:-1] >= along.low) & (values[1:] <= along.high)
     borders = []
     for i in np.flatnonzero(inside & (labels[1:] != labels[:-1])):
@@ -189,6 +197,9 @@ def _walked(
 
 def report(result: Continued, scan: ArchiveView, borders: list[Border]) -> Iterator[str]:
     name = result.request.along.name
+    if "label" not in scan:
+        yield f"{scan.path} holds no label: to explain borders, scan with regime in --record."
+        return
     if not borders:
         yield "The regime of the scan is the same in all cells of this interval: no borders."
         return

@@ -73,8 +73,10 @@ def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
 # ---- from the archive of a scan ----
 
 
-def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orbit, ...]:
-    """Return periodic orbits of a scan along a parameter that it varied.
+def orbits_in(
+    view: ArchiveView, name: str, cell: dict[str, float], starts: int | None = None
+) -> tuple[Orbit, ...]:
+    """Return periodic orbits of a scan's first `starts`, or all, along a parameter that it varied.
 
     `cell` holds values of varied parameters, of which the nearest cells count, or else the first.
     Without the parameter itself, the first, the middle and the last cell of each run of equal
@@ -100,7 +102,7 @@ def orbits_in(view: ArchiveView, name: str, cell: dict[str, float]) -> tuple[Orb
     if source == "section":
         states = states[..., -1, :]
     orbits = []
-    for start in range(period.shape[1]):
+    for start in range(period.shape[1])[:starts]:
         borders = np.flatnonzero(label[1:, start] != label[:-1, start]) + 1
         runs = zip([0, *borders.tolist()], [*borders.tolist(), len(label)], strict=True)
         inner = sorted({i for a, b in runs for i in (a, (a + b - 1) // 2, b - 1)})

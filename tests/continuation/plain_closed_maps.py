@@ -15,6 +15,7 @@ from nlds_vines.continuation import arclength, exploration, regime_borders, spec
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
 from nlds_vines.continuation.section_map import Cycle
+from nlds_vines.errors import RequestError
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""
@@ -322,6 +323,37 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
     assert (walk.alive, walk.is_explained) == (False, bool(events))
+
+
+class Scan(dict):
+    """Stands in for the open archive of a scan with two starts in each cell."""
+
+    path, axes = "scan.h5", ("p",)
+
+    def take(self, name, start=slice(None)):
+        return self[name][:, start]
+
+
+def test_borders_are_those_of_a_scans_first_start_along_its_only_axis(monkeypatch):
+    monkeypatch.setattr(
+        regime_borders, "place_of", lambda system, name, p, state: np.array([*state, p])
+    )
+    monkeypatch.setattr(regime_borders, "map_of", lambda request: LOGISTIC)
+    along = SimpleNamespace(name="p", low=2.5, high=3.5)
+    request = SimpleNamespace(along=along, system=None)
+    result = SimpleNamespace(request=request, branches=())
+    scan = Scan(p=np.array([2.6, 2.7]))
+    assert regime_borders.borders_of(result, scan) == []
+    assert "holds no label" in next(regime_borders.report(result, scan, []))
+    scan["label"] = np.array([["chaos", "T,0"], ["T,0", "T,0"]])
+    scan["periodicity"] = np.array([[0, 1], [1, 1]])
+    scan["orbit_point"] = np.full((2, 2, 1), 0.6)
+    (border,) = regime_borders.borders_of(result, scan)
+    assert (border.before, border.after) == ("chaos", "T,0")
+    assert border.periodic == (False, True)  # the second start is periodic on both sides
+    scan.axes = ("P",)
+    with pytest.raises(RequestError, match="varies P, not p alone"):
+        regime_borders.borders_of(result, scan)
 
 
 def test_a_border_between_labels_of_one_orbit_names_the_transient():

@@ -115,8 +115,6 @@ def response_history(
 
 
 class Job(commands.Job):
-    """Response histories and their files."""
-
     default: ClassVar[str] = f"{_NAME}.h5"
     is_named_after_source: ClassVar[bool] = True
 

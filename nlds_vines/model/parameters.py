@@ -64,8 +64,6 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Law:
-    """One contact law: how a wall acts on the damper."""
-
     name: str
     meaning: str
     constants: tuple[str, ...]

@@ -427,7 +427,6 @@ def drawn_in(place: str) -> tuple[str, ...]:
 
 
 def scale_of(name: str) -> str:
-    """Return the scale of a quantity; "" for a name that this table does not have."""
     return BY_NAME[name].scale if name in BY_NAME else ""
 
 

@@ -108,8 +108,6 @@ class Checked:
 
 @dataclass(frozen=True)
 class Setting:
-    """The description of one key of a request file."""
-
     table: str  # or `[column]`, an array of tables; if empty, the attribute `table` of the class
     check: Check
     words: str  # its meaning, in Markdown, for the help of its option and the page of keys

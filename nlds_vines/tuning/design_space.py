@@ -30,11 +30,9 @@ FRESH_SEED = 2**32  # offset of the seed of the fresh draws: the seeds of search
 
 
 class Bounds(NamedTuple):
-    """Default bounds of a parameter, and whether its scale is logarithmic."""
-
     low: float
     high: float
-    logarithmic: bool
+    logarithmic: bool  # its scale
 
 
 BOUNDS: Mapping[str, Bounds] = {

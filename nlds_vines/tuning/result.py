@@ -184,7 +184,7 @@ def contents(
 class Optimum(Outlined):
     parameters: Mapping[str, float]  # [SI]
     objective: float  # with draws, over `Tuning.fresh_draws` that the search did not have
-    robustness: Mapping[str, float]  # the objective by perturbation, `none` among them
+    robustness: Mapping[str, float]  # by perturbation, of which the worst one is the `cause`
     finer: float = nan  # the objective with more values in each band
     searched: float | None = None  # the objective that chose it; with draws, this flatters it
     nominal: float | None = None  # without draws of uncertain parameters
@@ -194,12 +194,10 @@ class Optimum(Outlined):
 
     @property
     def cause(self) -> str:
-        """The perturbation with the largest objective."""
         return max(self.robustness, key=self.robustness.__getitem__)
 
     @property
     def worst(self) -> float:
-        """The largest objective under any of the perturbations."""
         return self.robustness[self.cause]
 
 

@@ -186,8 +186,6 @@ def nonzero(name: str, value: Any, /) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """A load on a structure, validated when it is made."""
-
     kind: ClassVar[str]  # its key in `[load]`: `half_sine` of the class HalfSine
     table: ClassVar[str]  # the name of its table, `load.KIND`
 

@@ -60,12 +60,15 @@ def is_of_what_is_no_argument(x):
     return is_a(doubled(x), Alone)
 
 
-def kernel(text, name="f", **options):
+NEXT = "def f(x):\n    return x + 1"
+
+
+def kernel(text):
     """Return a kernel that is compiled now: nothing on the disk knows it."""
-    space = {"gc": gc, "jit": jit, "doubled": doubled}
+    space = {"jit": jit, "doubled": doubled}
     exec(text, space)
-    space[name].__module__ = "nlds_vines.kernels.made_up"
-    return jit(space[name], entry=True, **options)
+    space["f"].__module__ = "nlds_vines.kernels.made_up"
+    return jit(space["f"], entry=True)
 
 
 def test_kernels_that_kernels_call_have_no_wrapper_and_python_calls_them_all_the_same():
@@ -105,11 +108,8 @@ def test_a_number_that_is_known_when_compiling_is_a_number_like_any_other():
 @pytest.mark.kernels
 def test_the_collector_rests_during_each_outermost_compilation_and_works_afterwards():
     seen = []
-    made = kernel("def f(x):\n    return x + 1")
-    watching = told_of_compilations(
-        lambda kernel: seen.append(gc.isenabled()), lambda kernel: seen.append(gc.isenabled())
-    )
-    with watching:
+    made = kernel(NEXT)
+    with told_of_compilations(*2 * [lambda kernel: seen.append(gc.isenabled())]):
         assert made(1) == 2
         assert gc.isenabled()
         assert made(2) == 3
@@ -126,7 +126,7 @@ def test_the_collector_rests_during_each_outermost_compilation_and_works_afterwa
         kernel("def f(x):\n    return x + 'a'")(1)
     assert gc.isenabled()
     # whoever ends a compilation before it begins stops nothing else
-    made = kernel("def f(x):\n    return x + 1")
+    made = kernel(NEXT)
 
     def refuse(kernel):
         raise RuntimeError("no memory")
@@ -138,18 +138,17 @@ def test_the_collector_rests_during_each_outermost_compilation_and_works_afterwa
     # a collector that is off stays off
     gc.disable()
     try:
-        assert kernel("def f(x):\n    return x + 1")(1) == 2
+        assert kernel(NEXT)(1) == 2
         assert not gc.isenabled()
     finally:
         gc.enable()
 
 
 def test_what_others_compile_is_their_business():
-    names = []
-    theirs = numba.njit(lambda x: max(abs(x), round(2.5)))
-    with told_of_compilations(lambda kernel: names.append(kernel)):
+    kernels, theirs = [], numba.njit(lambda x: max(abs(x), round(2.5)))
+    with told_of_compilations(kernels.append):
         assert theirs(1) == 2
-    assert names == []
+    assert kernels == []
 
 
 PLAIN = """
@@ -177,9 +176,8 @@ def test_where_the_inside_of_numba_is_another_one_its_own_cache_keeps_kernels(sy
     outputs = {}
     for run in ("linked", "plain", "plain again"):
         how = run.split()[0]
-        outputs[run] = printed(
-            "-c", PLAIN, how, system, NUMBA_CACHE_DIR=str(tmp_path / how)
-        ).split()
+        cache = {"NUMBA_CACHE_DIR": str(tmp_path / how)}
+        outputs[run] = printed("-c", PLAIN, how, system, **cache).split()
     assert outputs["linked"] == outputs["plain"]
     assert outputs["plain again"] == [outputs["plain"][0], "False"]
 

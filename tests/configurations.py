@@ -43,13 +43,10 @@ def compile_all():
 def files():
     """Return the files of all kernels that Python calls and that this process has used."""
     modules = [module for name, module in sys.modules.items() if name.startswith("nlds_vines.")]
-    kernels = {value for module in modules for value in vars(module).values() if is_kernel(value)}
+    values = [value for module in modules for value in vars(module).values()]
+    kernels = {value for value in values if isinstance(value, Kernel)}
     kernels |= {vars(kernel)["entry"] for kernel in kernels if "entry" in vars(kernel)}
     return [kernel.file(kinds) for kernel in kernels for kinds in kernel.overloads]
-
-
-def is_kernel(value):
-    return isinstance(value, Kernel)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -80,8 +79,9 @@ def pytest_collection_modifyitems(config, items):
     The files of `FIRST` come first, then those of many tests; pytest-xdist hands out files.
     """
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":
-        config.hook.pytest_deselected(items=[one for one in items if is_plain(one)])
-        items[:] = [item for item in items if not is_plain(item)]
+        plain = {item for item in items if item.get_closest_marker("plain")}
+        config.hook.pytest_deselected(items=[*plain])
+        items[:] = [item for item in items if item not in plain]
     if missing := [name for name in FIRST if not (TESTS / name).exists()]:
         raise pytest.UsageError(f"{__file__} names files that are not there: {missing}")
     rank = {TESTS / name: place for place, name in enumerate(FIRST)}
@@ -94,22 +94,10 @@ def pytest_collection_finish(session):
         shared_files()
 
 
-def is_plain(item):
-    return item.get_closest_marker("plain") is not None
-
-
 def in_a_tier(item):
     """Return True if a test is not of the default tier; files of plain Python are not, either."""
     named = any(item.get_closest_marker(name) for name in ("kernels", "long"))
     return named or item.path.name.startswith("plain_")
-
-
-@contextmanager
-def alone(path):
-    with path.open("a") as file:
-        if fcntl is not None:
-            fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 @cache
@@ -118,7 +106,9 @@ def shared_files():
     from nlds_vines.kernels.numerics import stored_code
 
     place = stored_code.folder() or TESTS
-    with alone(place / "configurations.lock"):
+    with (place / "configurations.lock").open("a") as lock:
+        if fcntl is not None:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # one process at a time
         done = subprocess.run(
             [sys.executable, str(TESTS / "configurations.py")],
             env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])},

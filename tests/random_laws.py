@@ -66,18 +66,11 @@ def case_of(i: int) -> Case:
     numbers |= {"m": 1.0, "k": numbers["k1"], "c": numbers["c1"], "Y": d(-1.5, 0.0)}
     mass = 1.0 if kind in ("ball", "oscillator", "oscillator-2") else numbers["m2"]
     law = law_of(name, mass, numbers["omega"], rng)
-    constants = {"K": law.K} if law.name == "hertz" else {"K": law.K, "exponent": law.n}
-    constants = constants if law.elastic else {"kc": law.kc, "cc": law.cc}
-    constants = {"e": law.e} if law.name == "restitution" else constants
-    if law.a > 0.0:
-        constants["hunt_crossley"] = law.a
     scene = LOADED if kind == "loaded" else SCENES[kind]
     parameters = {key: numbers[key] for key in scene.parameter_names}
-    system = System(
-        kind,
-        parameters | (constants if scene.walls else {}),
-        law=law.name if scene.walls else "hertz",
-    )
+    constants = law.constants if scene.walls else {"law": "hertz"}
+    name = constants.pop("law")
+    system = System(kind, parameters | constants, law=name)
     model = model_of(kind, numbers, law)
     x1, v1 = rng.normal(0, 0.3), rng.normal(0, 1.0)
     start = np.array([x1, v1])

@@ -210,6 +210,12 @@ def period_map(flow, y):
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
+def differences(flow, y, changes):
+    """Return the change of the state a period later by each change of y, by central differences."""
+    columns = [(period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / 2 for e in changes]
+    return np.array(columns).T
+
+
 def linear_flow(p):
     """Return the matrix of (x1, v1, x2 - rest, v2, cos, sin)' without contact."""
     m1, m2, k2, c2 = p["m1"], p["m2"], p["k2"], p["c2"]

@@ -49,6 +49,16 @@ class Law(NamedTuple):
     def elastic(self) -> bool:
         return self.name in ("hertz", "power")
 
+    @property
+    def constants(self) -> dict[str, Any]:
+        """The law and its constants, by the names that a system has for them."""
+        if not self.elastic:
+            rigid = self.name == "restitution"
+            return {"law": self.name} | ({"e": self.e} if rigid else {"kc": self.kc, "cc": self.cc})
+        exponent = {"exponent": self.n} if self.name == "power" else {}
+        damping = {"hunt_crossley": self.a} if self.a > 0.0 else {}
+        return {"law": self.name, "K": self.K} | exponent | damping
+
 
 @dataclass(frozen=True)
 class Wall:

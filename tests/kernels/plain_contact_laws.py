@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_laws import LAWS
 from flights import flow_on
-from support import Approach, contact_parts, fitted_order, period_map
+from support import Approach, contact_parts, differences, fitted_order, period_map
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.laws.power import Damping, power_wall_with, root_for
@@ -39,11 +39,7 @@ def test_variations_are_the_derivative_of_the_flow(name):
     y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
     _, matrix = period_map(flow, y)
     scales = np.array([0.1, 0.5, 0.3, 1.0])
-    step, columns = 1e-6, []
-    for i in range(4):
-        e = step * scales[i] * np.eye(4)[i]
-        columns.append((period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / (2 * step))
-    expected = np.array(columns).T / scales[:, None]
+    expected = differences(flow, y, 1e-6 * np.diag(scales)) / 1e-6 / scales[:, None]
     np.testing.assert_allclose(matrix * scales / scales[:, None], expected, rtol=0, atol=2e-7)
 
 
@@ -112,10 +108,7 @@ def test_variations_where_a_wall_lets_go_or_pushes_again(C, start):
     flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
     y, step = np.array([*start, *start]), 1e-6
     _, matrix = period_map(flow, y)
-    columns = []
-    for e in (np.array([step, 0, step, 0]), np.array([0, step, 0, step])):
-        columns.append((period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / (2 * step))
-    expected = np.array(columns).T[:2]
+    expected = differences(flow, y, step * np.array([[1, 0, 1, 0], [0, 1, 0, 1]]))[:2] / step
     np.testing.assert_allclose(matrix[:2, :2], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 

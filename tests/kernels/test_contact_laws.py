@@ -25,7 +25,7 @@ every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_as_the_twin_finds_it(law):
     """Notices: a force, a release or a saltation that is not the law's."""
     system = load_system("ssul-set6", **law.constants)
-    course = follow(model_of("ssul", system.parameters, law.twin), (0, 0, system.rest, 0), 8)
+    course = follow(model_of("ssul", system.parameters, law), (0, 0, system.rest, 0), 8)
     orbit = simulate(system, 8, record=BOTH, tolerance=1e-12)
     assert len(orbit.impacts) >= 5
     section, scale = np.array(course.states), np.abs(orbit.section).max(0)

@@ -237,13 +237,11 @@ def test_a_start_in_violation_is_refused(kind, reach):
     simulate(system, 1, start=(0.3 + reach - 1e-9, 0.0, 0.3, 0.0), record=BOTH)
 
 
-@pytest.mark.parametrize(
-    ("kind", "vary"), [("ssvi-b", {"D": [0.0, 0.1]}), ("ssvi-c", {"D": [0.0, 0.1]})]
-)
-def test_a_rest_state_in_violation_is_refused(kind, vary):
+@pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])
+def test_a_rest_state_in_violation_is_refused(kind):
     numbers = dict(system_of(kind, {**SSBL, "L": 0.0}).parameters)
     with pytest.raises(RequestError, match=r"D = 0\.0: a damper") as refused:
-        scan_of({"kind": kind, **numbers}, ["section"], vary).cells()
+        scan_of({"kind": kind, **numbers}, ["section"], {"D": [0.0, 0.1]}).cells()
     assert "\n" not in str(refused.value)
     with pytest.raises(RequestError, match=r"D = 0\.0: a damper"):
         System(kind, {**numbers, "D": 0.0})

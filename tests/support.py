@@ -200,13 +200,14 @@ def follow_ssbl(numbers, periods, method="exact", settings=None):
     return run_cell_rows(cell, np.zeros(4), periods, method, settings)
 
 
-def period_map(flow, y):
-    """Return the state a period after y (4,), and its derivative (4, 4)."""
+def period_map(flow, y, periods=1):
+    """Return the state some periods after y (4,), and its derivative (4, 4)."""
     state, tangent = variations.new_state(), np.zeros(16)
     variations.place_state(flow, np.asarray(y, float), state)
     variations.set_identity(tangent)
     section = variations.no_section(flow.space)
-    assert variations.advance_flow(flow, section, 1, tangent, state) == OK
+    for _ in range(periods):
+        assert variations.advance_flow(flow, section, 1, tangent, state) == OK
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 

@@ -341,9 +341,8 @@ class Lanes:
         scaled = series * (end ** np.arange(ORDER + 1)[:, None])[None]
         places, turns = knots_of(scaled[W])
         u = value(scaled[U], places)
-        for k, i in zip(
-            *np.nonzero(turns), strict=True
-        ):  # in a contact u turns where it is deepest
+        # in a contact u turns where it is deepest
+        for k, i in zip(*np.nonzero(turns), strict=True):
             if (u[k, i] > u[k - 1, i]) == high[i]:
                 self.deepen(at[i], self.mode[at[i]] - LOW, abs(u[k, i] - wall[i]))
         if self.noting:

@@ -134,19 +134,15 @@ def prepared(**changes):
     return flight_parts(**{**FORCED, **changes})
 
 
-def derivatives(ps, damper, h, y, phase):
-    """Return the state and its first four derivatives by the place in a cell, (5, 4)."""
-    out = np.zeros(flights.TERMS)
-    flights.expand(ps, damper, h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
-    return out.reshape(flights.ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
-
-
 def derivatives_of(ps, damper, grid, y, phase):
-    """Return the sizes of derivatives by the place in a cell.
+    """Return the second, third and fourth derivative of r by the place in a cell, in size.
 
-    The second, third and fourth of r, the fourth of E1, the fourth of E2.
+    And the fourth of E1, the fourth of E2.
     """
-    x1, v1, r, s = derivatives(ps, damper, grid.h, y, phase).T
+    out = np.zeros(flights.TERMS)
+    flights.expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+    terms = out.reshape(flights.ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
+    x1, v1, r, s = terms.T
 
     def fourth(a):  # derivative of a^2 / 2, by Leibniz' rule
         return a[0] * a[4] + 4 * a[1] * a[3] + 3 * a[2] ** 2

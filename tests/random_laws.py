@@ -263,8 +263,5 @@ def worst_of(errors: dict[str, float]) -> float:
 
 
 def allowed(tolerance: float) -> float:
-    """Return the bound of errors: five tolerances of an impact, and the error of largest values.
-
-    Whatever the tolerance, the places of the latter are found to 5e-11 of the value.
-    """
+    """Return the bound of errors: five tolerances of an impact, and the error of largest values."""
     return 5.0 * tolerance + 1e-10

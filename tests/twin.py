@@ -107,10 +107,7 @@ def derivative(series: np.ndarray) -> np.ndarray:
 
 
 def root(function: Any, low: np.ndarray, high: np.ndarray, precise: float = 1e-18) -> np.ndarray:
-    """Return where a function of lanes changes sign between low and high (Illinois method).
-
-    It ends when every place is within `precise` of an end of its bracket.
-    """
+    """Return where a function of lanes changes sign, within `precise` (Illinois method)."""
     f0, f1 = function(low), function(high)
     roots, done = high, np.zeros(len(high), bool)
     for _ in range(100):

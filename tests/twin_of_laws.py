@@ -284,10 +284,7 @@ class Contact:
         return np.array([s, weight * ds, weight * v1, weight * a1, weight])
 
     def extrapolated(self, y: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return y (5,) after each of the steps h, a column each.
-
-        And how far the last two extrapolations differ.
-        """
+        """Return y after each step h, a column each; how far the last extrapolations differ."""
         start = np.repeat(np.asarray(y)[:, None], len(h), axis=1)
         table: list[np.ndarray] = []
         first, apart = self.slope(start), math.inf
@@ -338,7 +335,7 @@ def root(span: Span, function: Callable[[np.ndarray], Any], low: float, high: fl
 
 
 def first_rise(span: Span, row: np.ndarray, states: np.ndarray) -> float:
-    """Return the first place at which a linear function of the state rises through 0, or inf.
+    """Return where a linear function of the state first rises through 0, or inf.
 
     At the beginning of the span it counts as below zero. Between samples it may rise and fall.
     """

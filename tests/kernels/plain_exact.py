@@ -169,10 +169,7 @@ def test_the_closest_of_many_misses(degree, sign):
 
 
 def test_no_root_is_proven_only_where_there_is_none():
-    """Quadratics, whose second derivative is the bound. Notices: a bound used ten times too small.
-
-    Each has a root for a depth below its lowest point, and none above it.
-    """
+    """Quadratics, whose second derivative is the bound. Notices: a bound ten times too small."""
     bend = 1.0
     for change in np.linspace(0.0, 0.99, 34):  # f(1) - f(0)
         steep = 0.5 * bend - change
@@ -352,11 +349,7 @@ def test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected(softer):
 
 
 def largest_in(ps, damper, grid, y, angle, length):
-    """Return the largest E1 and E2 over a flight of `length` cells from the state y, and its end.
-
-    E1 and E2 are polynomials of twice the order: their largest values stand at roots of their
-    derivatives.
-    """
+    """Return the largest E1 and E2 over a flight of `length` cells from y, and its end."""
     out = np.zeros(TERMS)
     expand(ps, damper, grid.h, np.array([*y, math.cos(angle), math.sin(angle)]), out, 0)
     x1, v1, r, s = (Polynomial(c) for c in out.reshape(ORDER + 1, 4).T)

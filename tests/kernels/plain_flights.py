@@ -37,10 +37,7 @@ FORCED = {
 
 @pytest.mark.parametrize("k", range(2, 15))
 def test_bounds_from_the_polynomial_hold(k):
-    """Those of a power are reached at the end of the cell; no bound is less than what is reached.
-
-    r = x^k has r'' = k (k - 1) x^(k - 2) and r''' = k (k - 1) (k - 2) x^(k - 3).
-    """
+    """Those of a power are reached at the end; no bound is less than what is reached."""
     second, third = tightened(grid_with(X**k).table, np.inf, np.inf)
     assert (second, third) == (k * (k - 1.0), k * (k - 1.0) * (k - 2.0))
     mixed = Polynomial(np.random.default_rng(k).normal(size=k + 1))
@@ -407,8 +404,7 @@ def test_each_part_of_the_bounds_is_needed():
 def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event):
     """A free damper on a structure in resonance: r = P t sin(omega t) / (2 m1 omega) from rest.
 
-    It turns in the middle of the fourth cell, and bends there more than the force alone could bend
-    it. Notices: what the forcing may add until then left out of the bound.
+    It turns in the fourth cell, and bends there more than the force alone could bend it.
     """
     omega = 6.28
     changes = {"k1": 1000.0 * omega**2, "c1": 0.0, "k2": 0.0, "c2": 0.0, "omega": omega}

@@ -34,10 +34,7 @@ def parts_with(**changes):
 
 
 def outside_of(approach, parts):
-    """Return the other acceleration at touch, and rate * time of the free impact.
-
-    The one as a share of the contact's own.
-    """
+    """Return the other acceleration at touch as a share of the contact's; rate * free time."""
     ps, damper, wall = parts
     _, outside = accelerations(
         ps, damper, approach.x1, approach.v1, wall.gap, approach.speed, np.cos(approach.phase), 0.0

@@ -1,7 +1,4 @@
-"""What a label rests on, one question at a time: minimal, attracted, stable, counted.
-
-(Run by `contract/test_plain.py`.)
-"""
+"""What a label rests on, one question at a time: minimal, attracted, stable, counted."""
 
 import math
 

@@ -86,10 +86,7 @@ class Contact:
         return End(event, q, s, x1, v1, begun + took, depth)
 
     def error(self, state, true):
-        """Return the largest error of z, s, x1, v1, time and depth, each relative to its scale.
-
-        What round-off has done to a number is left out.
-        """
+        """Return the largest error of z, s, x1, v1, time and depth above round-off, in scales."""
         q, s = self.start[:2]
         deep = max(true.depth, q * q, true.q**2)
         fast = max(abs(s), self.parts[2].speed * deep**1.25)
@@ -282,10 +279,7 @@ BY_POWER = ("soft", "driven fast", "a limit beyond the structure")
     ],
 )
 def test_violations_inside_contacts_as_the_twin_sees_them(name, method):
-    """Number, first time and depth. Notices: contacts that are not watched, or counted anew.
-
-    Also K z^1.5 by a power law, whose walls have no damping.
-    """
+    """Number, first time and depth. Notices: contacts that are not watched, or counted anew."""
     numbers = {**SSBL, **BREAKING[name]}
     system = system_of("ssvi-c" if "L" in BREAKING[name] else "ssvi-b", numbers)
     if method == "power":
@@ -353,10 +347,7 @@ def note_limit_step(side, log, step, begun):
 
 
 def free_step(level, q, s, h=1.0, begun=2.0, excess=None, sign=1.0):
-    """Return the log of one step of a damper without forces in a wall without stiffness.
-
-    r = 0.1 + z then moves at the rate s, so that z = q^2 + s t.
-    """
+    """Return the log of one step without forces and stiffness: r = 0.1 + z moves at the rate s."""
     parts = contact_parts(m1=1e3, m2=1.0, omega=1.0, K=1e-9, near=0.1, **FREE)
     side, log = side_of(parts, rate=1.0, sign=sign), np.zeros(6)
     k, step = side.k, Step((1.0, 0.0), False, h)

@@ -141,10 +141,7 @@ def test_fixed_steps_keep_their_order(n):
 @pytest.mark.plain
 @pytest.mark.parametrize("name", ["damped", "hunt-crossley"])
 def test_what_contacts_take_of_volumes_is_known(name):
-    """The determinant of a period: that of the flight, and what contacts take.
-
-    A dashpot takes cc / mu as long as it is pressed.
-    """
+    """In the determinant of a period; a dashpot takes cc / mu as long as it is pressed."""
     system = load_system("ssul-set6", **LAWS[name].constants)
     p, run = system.parameters, simulate(system, 400, record=BOTH)
     mu = 1.0 / (1.0 / p["m1"] + 1.0 / p["m2"])

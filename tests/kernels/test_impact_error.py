@@ -1,8 +1,4 @@
-"""Short impacts of all kinds, solved to a tolerance, beside the twin in 80-bit arithmetic.
-
-Impacts are drawn over the whole domain in which `short_impact` takes them: all parameters over
-decades, speeds from the slowest that are still short to fast ones.
-"""
+"""Short impacts over the whole domain of `short_impact`, beside the twin in 80-bit arithmetic."""
 
 from typing import NamedTuple
 

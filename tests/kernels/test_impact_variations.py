@@ -48,10 +48,7 @@ class Impact(NamedTuple):
         return variations
 
     def stepped(self, steps, time=1.0e3):
-        """Return the unit variations at the release, by Runge-Kutta steps, and its duration.
-
-        Or after a time [s], if that comes before.
-        """
+        """Return the unit variations at the release, or after a time [s], by steps, and when."""
         matrix, side = UNIT.copy(), side_of(self.parts, steps=Steps(steps, np.inf))
         watch = NOTHING._replace(tangent=matrix)
         event, _, _, _, _, took, _ = contact(side, watch, self.phase, self.approach.touch, time)

@@ -285,10 +285,7 @@ def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
 
 
 def pressed_twin(system, end):
-    """Return (x1, v1) of a damper at the time `end` [s], rebound by rebound, and how often it sat.
-
-    It begins at rest on the wall.
-    """
+    """Return (x1, v1) at `end` [s] of a damper from rest on the wall; how often it sat there."""
     p = system.parameters
     gap, m1, m2 = p["C"], p["m1"], p["m2"]
     mu = m1 * m2 / (m1 + m2)

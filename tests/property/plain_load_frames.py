@@ -1,8 +1,4 @@
-"""All numbers of all kinds under a force and on a moving ground, beside SciPy, inertial frame.
-
-What the package says to be relative is the difference from the ground's motion, what it says to be
-absolute is not.
-"""
+"""All numbers of all kinds under a force and on a moving ground, beside SciPy, inertial frame."""
 
 import math
 

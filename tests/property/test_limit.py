@@ -182,10 +182,7 @@ def test_a_wrong_report_is_seen():
 
 @both_methods
 def test_violations_do_not_change_the_orbit_by_a_bit(method):
-    """Beside a scene with the same obstacle and no limit, compiled without any code that watches.
-
-    (Its other wall is out of reach: that saves a compilation.)
-    """
+    """Beside a scene with the same obstacle, another wall out of reach, and no limit."""
     omegas = (5.5, 6.0, 6.3, 6.6, 7.0)
     violated = 0
     for omega in omegas:

@@ -55,10 +55,7 @@ def start_of(numbers, rng, r):
 
 
 def grazing_cases_of(rng, count):
-    """Return cases with the gap at the greatest r (1 +- 1e-9 .. 1e-3), and whether each touches.
-
-    The motion without impacts is the twin's.
-    """
+    """Return cases with the gap at the twin's greatest r times 1 +- 1e-9 .. 1e-3; do they touch?"""
     cases = []
     while len(cases) < count:
         drawn = []

@@ -46,10 +46,6 @@ WRITERS = {  # what writes a file that is no archive: the command, and the file'
 ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves")
 
 
-def named(command, stem):
-    return [word.format(stem) for word in command]
-
-
 def refused(here, capsys, arguments):
     """The line of an error with which a command refuses; it changes nothing."""
     before = contents(here)
@@ -60,37 +56,30 @@ def refused(here, capsys, arguments):
     return err
 
 
-@pytest.mark.parametrize("writer", WRITERS)
-def test_a_file_that_exists_is_not_replaced_unasked(here, capsys, writer):
-    command = named(WRITERS[writer], "own")
-    (here / command[-1]).write_bytes(NOTES)
-    assert "exists: --overwrite replaces it" in refused(here, capsys, command)
-
-
-@pytest.mark.parametrize("writer", WRITERS)
-def test_an_archive_is_never_replaced_by_anything_else(here, capsys, writer):
-    command = named(WRITERS[writer], "own")
-    (here / command[-1]).write_bytes((here / "a.h5").read_bytes())
-    err = refused(here, capsys, [*command, "--overwrite"])
-    assert "it is an archive, which nothing else replaces" in err
-    (here / "link.h5").write_bytes((here / "a.h5").read_bytes())
-    (here / command[-1]).unlink()
-    (here / command[-1]).symlink_to("link.h5")
-    assert "it is an archive" in refused(here, capsys, [*command, "--overwrite"])
+@pytest.mark.parametrize("writer", [*WRITERS, *ARCHIVERS])
+def test_no_file_is_replaced_unasked_and_no_archive_or_file_that_is_read_only(here, capsys, writer):
+    command = [word.format("own") for word in WRITERS.get(writer, [writer, "-o", "{}.h5"])]
+    file = here / command[-1]
+    file.write_bytes(NOTES)
+    err = refused(here, capsys, command)
+    assert "exists: " in err
+    assert "--overwrite replaces it" in err
+    file.chmod(0o444)
+    assert "it is read-only" in refused(here, capsys, [*command, "--overwrite"])
+    if writer in WRITERS:
+        file.unlink()
+        file.write_bytes((here / "a.h5").read_bytes())
+        err = refused(here, capsys, [*command, "--overwrite"])
+        assert "it is an archive, which nothing else replaces" in err
+        file.rename("link.h5")
+        file.symlink_to("link.h5")
+        assert "it is an archive" in refused(here, capsys, [*command, "--overwrite"])
 
 
 def test_nothing_but_an_archive_takes_the_name_of_one(here, capsys):
     for name in ("new.h5", "new.hdf5", "new.NC"):
         err = refused(here, capsys, ["report", "a.h5", "-o", name, "--overwrite"])
         assert "such a name is for archives alone" in err
-
-
-@pytest.mark.parametrize("writer", [*WRITERS, *ARCHIVERS])
-def test_a_file_that_is_read_only_is_not_replaced_although_that_is_asked(here, capsys, writer):
-    command = named(WRITERS.get(writer, [writer, "-o", "{}.h5"]), "own")
-    (here / command[-1]).write_bytes(NOTES)
-    (here / command[-1]).chmod(0o444)
-    assert "it is read-only" in refused(here, capsys, [*command, "--overwrite"])
 
 
 @pytest.mark.parametrize("command", ARCHIVERS)
@@ -140,12 +129,6 @@ def test_python_replaces_no_file_unasked_either(here):
     assert (here / "own.csv").read_bytes() == NOTES
     view.to_csv("own.csv", overwrite=True)
     assert (here / "own.csv").read_text().startswith("omega,")
-
-
-def test_a_start_that_is_no_label_is_refused_before_anything_is_computed(here, capsys):
-    for word in ("banana", "chaos", "1T,1", "T1", "0T,0", "T,01"):
-        err = refused(here, capsys, ["continuation", "-o", "n.h5", "--from", word])
-        assert "the label of a periodic orbit, such as 3T,3" in err
 
 
 def test_no_temporary_file_has_a_name_that_can_be_foreseen(here, capsys):

@@ -199,6 +199,8 @@ LINES = {
     "continuation --plane omega=5:9": ["omega is free already"],
     "continuation --plane P=100:200": ["must hold the system's own value"],
     "continuation --from none.h5": ["there is no such file"],
+    **{f"continuation --from {word}": ["the label of a periodic orbit, such as 3T,3"]
+       for word in ("banana", "chaos", "1T,1", "T1", "0T,0", "T,01")},
     "continuation --system tmd --along C=1:2": ["C is no parameter of kind 'tmd'"],
     "transients --starts 0": ["count = 0"],
     "transients --tolerance drft": ["tolerance = 'drft'; allowed: 1e-13 to 0.001, or draft"],

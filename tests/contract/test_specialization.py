@@ -25,29 +25,20 @@ VARIATIONS = {"variations", "verdict"}
 UNLESS = {
     "a damper": {"scene.damper_in"},
     "a wall": {
-        "hertz.hertz_wall_at",
-        "touch.first_touch",
-        "taylor.expand_contact",
-        "exact.touch_in",
+        "hertz.hertz_wall_at", "touch.first_touch", "taylor.expand_contact", "exact.touch_in",
     },
     "a limit": {"touch.note_limit", "touch.may_pass", "observe.note_violation"},
     "section": {"observe.note_section"},
     "impacts": {
-        "observe.note_touch",
-        "observe.note_depth",
-        "observe.note_release",
-        "impact.greatest_depth",
+        "observe.note_touch", "observe.note_depth", "observe.note_release", "impact.greatest_depth",
     },
     "energy": {
-        "observe.note_energy",
-        "response.note_peaks",
-        "response.note_energies",
-        "inside.note_end",
+        "observe.note_energy", "response.note_peaks", "response.note_energies", "inside.note_end",
     },
     "response": {"response.tally_piece", "response.tally_push"},
     "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
-}
+}  # fmt: skip
 """Kernels that must be absent unless the scene has, or the record asks for, the thing named."""
 
 HAS = {
@@ -197,20 +188,15 @@ def told_by_types(text):
     """Return the functions of a module that tell by types alone whether something is so."""
     names = set()
     for function in ast.walk(ast.parse(text)):
-        if isinstance(function, ast.FunctionDef) and "jit" in map(
-            ast.unparse, function.decorator_list
-        ):
-            inside = list(ast.walk(function))
-            returned = [one.value for one in inside if isinstance(one, ast.Return)]
-            asked = [one.test for one in inside if isinstance(one, ast.If | ast.IfExp)]
-            does = any(isinstance(one, ast.For | ast.While | ast.Assign) for one in inside)
-            if (
-                returned
-                and None not in returned
-                and not does
-                and all(map(decided, returned + asked))
-            ):
-                names.add(function.name)
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        inside = list(ast.walk(function))
+        returned = [one.value for one in inside if isinstance(one, ast.Return)]
+        asked = [one.test for one in inside if isinstance(one, ast.If | ast.IfExp)]
+        does = any(isinstance(one, ast.For | ast.While | ast.Assign) for one in inside)
+        is_kernel = "jit" in map(ast.unparse, function.decorator_list)
+        if is_kernel and returned and not does and all(map(decided, returned + asked)):
+            names.add(function.name)
     return names
 
 

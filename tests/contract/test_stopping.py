@@ -26,7 +26,7 @@ def cpu_seconds(process):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def begun(arguments, folder, until):
+def begun(arguments, folder, until=lambda: True):
     """Start Python with these arguments; return the process when it computes.
 
     That is when `until()` holds and it has used two seconds of processor time since.
@@ -40,18 +40,6 @@ def begun(arguments, folder, until):
         if since is None and until():
             since = cpu_seconds(process)
     return process
-
-
-def ended(process, number):
-    began = time.monotonic()
-    process.send_signal(number)
-    try:
-        out, err = process.communicate(timeout=60)
-    finally:
-        process.kill()
-    assert time.monotonic() - began < WITHIN
-    assert "Traceback" not in err
-    return process.returncode, out + err
 
 
 CHAOS = ["--set", "omega=7.385"]  # where no state returns: settled orbits are copied, not run
@@ -117,10 +105,17 @@ def test_a_task_ends_within_two_seconds(task, number, tmp_path):
         assert done.returncode in (0, 1), done.stderr
     (tmp_path / "scan.toml").write_text(SLOW_SCAN, "utf-8")
     output = [] if task in KEEPS_NOTHING else ["-o", "long.h5"]
-    process = begun([*words, *long, *output], tmp_path, lambda: True)
-    status, err = ended(process, number)
-    assert status == (130 if number == signal.SIGINT else 143)
-    assert KEEPS_NOTHING.get(task, "kept in long.h5.") in err
+    process = begun([*words, *long, *output], tmp_path)
+    began = time.monotonic()
+    process.send_signal(number)
+    try:
+        out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert time.monotonic() - began < WITHIN
+    assert "Traceback" not in err
+    assert process.returncode == (130 if number == signal.SIGINT else 143)
+    assert KEEPS_NOTHING.get(task, "kept in long.h5.") in out + err
     assert not (tmp_path / "long.h5").exists()
 
 
@@ -294,20 +289,16 @@ def test_an_abandoned_thread_ends_at_its_next_check():
     assert len(steps) <= 3
 
 
-def test_what_ends_in_time_is_not_lost(soon, capfd):
-    asked(0.1, signal.SIGINT)
+@pytest.mark.parametrize(("number", "seconds"), [(signal.SIGINT, 0.25), (signal.SIGUSR1, 1.0)])
+def test_what_ends_in_time_is_not_lost_and_notice_by_sigusr1_lets_it_end(
+    soon, number, seconds, capfd
+):
+    asked(0.1, number)
     with stop_on_signals() as stop:
-        assert sleeping(0.25) == 0.25
-        assert stop.asked
-
-
-def test_notice_by_sigusr1_lets_a_block_end(soon, capfd):
-    asked(0.1, signal.SIGUSR1)
-    with stop_on_signals() as stop:
-        assert sleeping(1.0) == 1.0
+        assert sleeping(seconds) == seconds
         with pytest.raises(Stopped):
             stop.check()
-    assert "finished first" in capfd.readouterr().err
+    assert ("finished first" in capfd.readouterr().err) == (number == signal.SIGUSR1)
 
 
 def test_ctrl_c_where_no_run_takes_it_is_python_s():

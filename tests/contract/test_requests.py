@@ -18,20 +18,9 @@ from nlds_vines.__main__ import main
 from nlds_vines.archives.files import toml_text
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
+from nlds_vines.model import setting as settings
 from nlds_vines.model.loads.loading import ALL
-from nlds_vines.model.setting import (
-    LENT,
-    MARKS,
-    SAMPLING,
-    SHARED,
-    Checked,
-    OneOf,
-    Real,
-    Text,
-    Truth,
-    Whole,
-    settings_of,
-)
+from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
 from nlds_vines.tuning.request import load_tuning
 
 NAN = float("nan")
@@ -64,8 +53,7 @@ TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
 KINDS = {
     "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
     "response curves": Kind(
-        "bifurcation.response_curves", "load_curves", {**SCAN, "curves": [{}]},
-        "response-curves",
+        "bifurcation.response_curves", "load_curves", {**SCAN, "curves": [{}]}, "response-curves"
     ),
     "portrait": Kind("portrait.request", "load_portrait", SET6, "portrait"),
     "tuning": Kind("tuning.request", "load_tuning", TUNING, "tuning --surface=k2,c2"),
@@ -80,60 +68,46 @@ KINDS = {
 every_kind = pytest.mark.parametrize("kind", KINDS)
 no_list = [(3, "= 3 must be a list"), ("a", "= 'a' must be a list")]
 steps = [
-    (3, "= 3; allowed: 4 to 1e6"),
-    (1e7, "allowed: 4 to 1e6"),
-    (NAN, "= nan"),
-    ("28", "= '28'"),
-]
+    (3, "= 3; allowed: 4 to 1e6"), (1e7, "allowed: 4 to 1e6"), (NAN, "= nan"), ("28", "= '28'"),
+]  # fmt: skip
 CHECKED = {
     "tolerance": [
-        *(
-            (value, f"tolerance = {value!r}; allowed: 1e-13 to 0.001, or draft, standard, fine")
-            for value in (0.0, 1e-14, -1e-9, 1e-2, "1e-9", "drft", "standard ")
-        ),
-        (NAN, "tolerance = nan must be a finite number"),
+        *((value, f"tolerance = {value!r}; allowed: 1e-13 to 0.001, or draft, standard, fine")
+          for value in (0.0, 1e-14, -1e-9, 1e-2, "1e-9", "drft", "standard ")),
         *((value, "must be a number") for value in (True, [1e-9], 1j)),
+        (NAN, "tolerance = nan must be a finite number"),
     ],
-    "nodes": [
-        (value, f"nodes = {value!r} must be a whole number from 2 to 60")
-        for value in (1, 61, 8.0, "many", True)
-    ],
+    "nodes": [(value, f"nodes = {value!r} must be a whole number from 2 to 60")
+              for value in (1, 61, 8.0, "many", True)],
     "contact_steps": steps,
     "period_steps": steps,
     "state": [
-        ("rest", "state = 'rest' must be a list of"),
-        ([1, 2, NAN, 4], "nan"),
+        ("rest", "state = 'rest' must be a list of"), ([1, 2, NAN, 4], "nan"),
         ([1, "a", 0, 0], "state = 'a' must be a number"),
         ([1, [2], 0, 0], "state = [2] must be a number"),
     ],
     "phase": [("a", "phase = 'a' must be a number"), (NAN, "phase = nan"), (7.0, "phase = 7.0")],
     "want": [
-        ("section", "want = 'section' must be a list"),
-        ([], "empty request; allowed: section"),
-        (["enrgy"], "unknown want 'enrgy'; did you mean 'energy'"),
-        ([3], "unknown want 3"),
+        ("section", "want = 'section' must be a list"), ([], "empty request; allowed: section"),
+        (["enrgy"], "unknown want 'enrgy'; did you mean 'energy'"), ([3], "unknown want 3"),
         (["energy", "energy"], "names something twice"),
     ],
     "signals": [
-        *no_list,
-        (np.array(["x1", "x2"]), "must be a list of words"),
+        *no_list, (np.array(["x1", "x2"]), "must be a list of words"),
         ([1], "unknown signal 1; allowed: x"),
     ],
     "windows": [
         (3, "windows = 3 must be a list of pairs [begin, end]"),
         (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),
-        ([100], "windows = 100 must be BEGIN:END"),
-        ([[9, 5]], "end of windows = 5"),
+        ([100], "windows = 100 must be BEGIN:END"), ([[9, 5]], "end of windows = 5"),
     ],
     "panels": [
-        (["forces"], "unknown panels 'forces'; did you mean 'force'"),
+        (["forces"], "unknown panels 'forces'; did you mean 'force'"), ([], "empty"),
         (["force", "force"], "names something twice"),
         (np.array(["force"]), "must be a list of words"),
-        ([], "empty"),
     ],
     "show": [
-        (3, "show = 3 must be a list of words"),
-        ([], "empty request; allowed: E1max"),
+        (3, "show = 3 must be a list of words"), ([], "empty request; allowed: E1max"),
         (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
         (["E1max", "E1max"], "names something twice"),
     ],
@@ -143,7 +117,7 @@ CHECKED = {
     "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
     "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
     **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
-}
+}  # fmt: skip
 """Wrong values of settings that a function checks, by key, with the expected message."""
 
 
@@ -207,7 +181,6 @@ def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(ki
                 assert f"[{setting.table}]: " in line, line
                 assert words in line
     # an unknown table, and a value that is not a table
-    one = KINDS[kind]
     for name, table in one.form.tables.items():
         line = error_of(one.read, {**one.least, f"{name}x": {}})
         assert f"unknown key '{name}x'; did you mean '{name}'" in line
@@ -224,27 +197,18 @@ NOT_NUMBERS = {
 
 
 def wrong_texts(setting):
+    key, wrong = setting.key, wrong_values(setting)
     match setting.check:
         case Whole(low, high):
-            outside = [
-                (str(n), f"{setting.key} = {n} must be a whole number") for n in (low - 1, high + 1)
-            ]
+            outside = [(str(n), f"{key} = {n} must be a whole number") for n in (low - 1, high + 1)]
             return [*outside, ("2.5", "must be a whole number"), *NOT_NUMBERS.items()]
         case Real():
-            return [
-                ("nan", f"{setting.key} = nan"),
-                ("1e10", f"{setting.key} = 1"),
-                *NOT_NUMBERS.items(),
-            ]
+            return [("nan", f"{key} = nan"), ("1e10", f"{key} = 1"), *NOT_NUMBERS.items()]
         case Truth() | Text():
             return []
         case Checked(listed=True):
-            wrong = wrong_values(setting)
             lists = [(value, words) for value, words in wrong if isinstance(value, list)]
-            return [
-                (",".join(v), words) for v, words in lists if all(isinstance(w, str) for w in v)
-            ]
-    wrong = wrong_values(setting)
+            return [(",".join(v), words) for v, words in lists if {*map(type, v)} <= {str}]
     return [(v, words) for v, words in wrong if isinstance(v, str) and not v[0].isdigit()]
 
 
@@ -354,8 +318,10 @@ def scan(here):
 
 def test_all_keys_of_files_are_known():
     forms = [one.form for one in KINDS.values()]
-    assert {key for form in forms for key in form.keys} == {*MARKS, *SHARED, *LENT}
-    assert {key for form in forms for key in form.tables.get("sampling", {})} == SAMPLING
+    keys = {*settings.MARKS, *settings.SHARED, *settings.LENT}
+    assert {key for form in forms for key in form.keys} == keys
+    sampling = {key for form in forms for key in form.tables.get("sampling", {})}
+    assert sampling == settings.SAMPLING
 
 
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])

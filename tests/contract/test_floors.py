@@ -39,8 +39,6 @@ WIDE = {
 }
 """Public functions whose keywords are those of the command or of the paper's parameters."""
 
-INPUT_OUTPUT = {"open", "print", "input", "exec", "eval"}
-
 
 def who_imports(library):
     return {
@@ -51,10 +49,8 @@ def who_imports(library):
 
 
 def decorators(path):
-    kinds = ast.FunctionDef | ast.ClassDef
-    nodes = (
-        node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, kinds)
-    )
+    nodes = ast.walk(parsed(path))
+    nodes = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
     return [ast.unparse(decorator) for node in nodes for decorator in node.decorator_list]
 
 
@@ -113,14 +109,13 @@ def test_a_hidden_circle_or_arrow_is_caught(copy):
 def test_what_breaks_a_rule_is_caught(copy):
     (copy / "runs" / "style.py").write_text("")
     assert used_twice(copy) == {"style"}
-    with (copy / "kernels" / "scene" / "scene.py").open("a") as file:
-        file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
-    with (copy / "runs" / "interrupts.py").open("a") as file:
-        file.write("\n\n\n\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n")
-    with (copy / "runs" / "executors.py").open("a") as file:
-        file.write(
-            "\n\n\n\nclass A:\n    def method(self, a, b, c, d, e, f, g, h):\n        return a\n"
-        )
+    for place, text in (
+        ("kernels/scene/scene.py", "def wide(a, b, c, d, e, f, g, h, i):\n    return a"),
+        ("runs/interrupts.py", "def broad(a, b, c, d, e, f, g, h, *, i):\n    return a"),
+        ("runs/executors.py", "class A:\n    def method(self, a, b, c, d, e, f, g, h):\n        1"),
+    ):
+        with (copy / place).open("a") as file:
+            file.write(f"\n\n{text}\n")
     wide = ["kernels.scene.scene.wide", "runs.executors.method", "runs.interrupts.broad"]
     assert too_wide(copy) == wide
     with (copy / "kernels" / "numerics" / "elementary.py").open("a") as file:
@@ -134,18 +129,15 @@ def used_twice(package):
     return {stem for stem, count in stems.items() if count > 1} - WORDS
 
 
+def too_wide(package):
+    wide = [name for name, node in functions(package) if parameters(node) > MOST_PARAMETERS]
+    return [name for name in wide if name not in WIDE]
+
+
 def test_names_are_used_once_and_functions_take_few_parameters():
     assert used_twice(PACKAGE) == set()
     assert too_wide(PACKAGE) == []
     assert repeated_constants(PACKAGE) == {"SORTS"}  # of each law
-
-
-def too_wide(package):
-    return [
-        name
-        for name, node in functions(package)
-        if parameters(node) > MOST_PARAMETERS and name not in WIDE
-    ]
 
 
 def test_every_module_and_every_public_name_has_a_docstring():
@@ -161,8 +153,7 @@ def test_every_module_and_every_public_name_has_a_docstring():
 
 @pytest.mark.parametrize("folder", sorted({path.parent for path in MODULES.values()} - {PACKAGE}))
 def test_the_docstring_of_a_folder_is_its_table_of_contents(folder):
-    tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))
-    text = ast.get_docstring(tree, clean=False)
+    text = ast.get_docstring(parsed(folder / "__init__.py"), clean=False)
     lines = [line for line in text.splitlines() if line.startswith("    ") and line.strip()]
     listed = {line.split()[0].rstrip("/") for line in lines}
     there = {path.stem for path in folder.iterdir() if path.stem[:2] != "__"}
@@ -172,18 +163,12 @@ def test_the_docstring_of_a_folder_is_its_table_of_contents(folder):
 # ---- who knows what ------------------------------------------------------------------------------
 
 
+# modules that teach the compiler a type, say how kernels are compiled and kept, tell the compiler
+# which of several kernels is called, and compute constants of kernels once in a process
 TYPES = {"kernels.numerics.fours"}
-"""Modules that teach the compiler a type: neither kernels themselves nor a way to compile one."""
-
-
 COMPILING = {f"kernels.numerics.{name}" for name in ("compiling", "deciding", "stored_code")}
-"""Modules on how kernels are compiled, and kept."""
-
 CHOOSING = {"kernels.scene.by_law"}
-"""Modules on which of several kernels is called: plain Python that the compiler asks."""
-
 PREPARED = {"kernels.impact.arc"}
-"""Modules whose constants kernels are given: computed once in a process, by plain Python."""
 
 
 @pytest.mark.parametrize("name", KERNELS)
@@ -199,13 +184,13 @@ def test_kernels_know_numbers_only(name):
             allowed |= {"functools", "itertools"}
         assert outside <= allowed
     if name != "kernels.numerics.stored_code":
-        tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
-        assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
+        names = {node.id for node in ast.walk(parsed(MODULES[name])) if isinstance(node, ast.Name)}
+        assert not names & {"open", "print", "input", "exec", "eval"}
 
 
 @pytest.mark.parametrize("name", sorted({*KERNELS} - TYPES - COMPILING - CHOOSING - PREPARED))
 def test_every_kernel_is_compiled(name):
-    for node in ast.parse(MODULES[name].read_text(encoding="utf-8")).body:
+    for node in parsed(MODULES[name]).body:
         if isinstance(node, ast.FunctionDef):
             used = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
             assert used & {"jit", "by_wall"}, node.name
@@ -228,24 +213,17 @@ def test_each_library_has_its_home():
     assert "explore.report" not in importers
 
 
-def reaches(name, files):
-    reached, left = set(), {name}
+def test_pictures_reach_no_kernel():
+    """But for the codes, which are numbers alone, and import nothing."""
+    files = graph(PACKAGE)
+    left = {name for name in files if name.startswith(("bifurcation.picture.", "tuning.picture"))}
+    assert len(left) > 5
+    reached = set()
     while left:
         reached |= left
-        left = set().union(*(files[one] for one in left)) - reached
-    return reached - {name}
-
-
-def test_pictures_reach_no_kernel():
-    files = graph(PACKAGE)
-    judged = ("bifurcation.picture.", "tuning.picture")
-    names = [name for name in files if name.startswith(judged)]
-    assert len(names) > 5
-    plain = {"kernels.scene.codes"}  # numbers alone: it imports nothing
-    assert not any(reaches(name, files) for name in plain)
-    for name in names:
-        reached = {one for one in reaches(name, files) if one.startswith("kernels.")}
-        assert reached <= plain, name
+        left = set().union(*(files[name] for name in left)) - reached
+    assert {name for name in reached if name.startswith("kernels.")} <= {"kernels.scene.codes"}
+    assert not files["kernels.scene.codes"]
 
 
 def test_how_kernels_are_compiled_is_decided_in_one_place():
@@ -266,9 +244,8 @@ def test_threads_are_our_own_and_mathematics_not_fast():
     pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
     assert pools == {"runs.executors", "orbits.batch", "loads.run"}
     for path in MODULES.values():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        words = {node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword)}
-        keys = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+        words = {node.arg for node in ast.walk(parsed(path)) if isinstance(node, ast.keyword)}
+        keys = {node.value for node in ast.walk(parsed(path)) if isinstance(node, ast.Constant)}
         assert "fastmath" not in words | {key for key in keys if isinstance(key, str)}
 
 

@@ -322,17 +322,25 @@ def test_nor_by_a_program_itself(program, tmp_path):
     assert not modules & HEAVY
 
 
-def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
-    pytest.importorskip("bokeh", reason="Bokeh is not installed")
-    names = "page_state", "page_server", "live_page"
-    parts = ", ".join(f"nlds_vines.explore.{name}" for name in names)
-    modules = loaded("-c", f"import {parts}", cwd=tmp_path)
-    assert "bokeh" in modules
-    assert not modules & {"numba", "scipy", "matplotlib"}
+EXPLORE = ", ".join(f"nlds_vines.explore.{n}" for n in ("page_state", "page_server", "live_page"))
+SPECTRUM = """
+from nlds_vines.orbits.spectrum import spectrum_of
+spectrum_of([1.0, 2.0, 1.0, 0.0] * 4, 4, 1.0, window={!r})
+"""
 
 
-@pytest.mark.parametrize(("window", "needed"), [("rectangular", False), ("hann", True)])
-def test_a_spectrum_loads_scipy_for_a_taper_alone(window, needed, tmp_path):
-    make = f"spectrum_of([1.0, 2.0, 1.0, 0.0] * 4, 4, 1.0, window={window!r})"
-    program = f"from nlds_vines.orbits.spectrum import spectrum_of; {make}"
-    assert ("scipy" in loaded("-c", program, cwd=tmp_path)) == needed
+@pytest.mark.parametrize(
+    ("program", "needed", "not_yet"),
+    [
+        (f"import {EXPLORE}", {"bokeh"}, {"numba", "scipy", "matplotlib"}),
+        (SPECTRUM.format("rectangular"), set(), {"scipy"}),
+        (SPECTRUM.format("hann"), {"scipy"}, set()),  # a taper
+    ],
+    ids=["a page of explore", "a spectrum", "a taper"],
+)
+def test_nor_before_it_is_needed(program, needed, not_yet, tmp_path):
+    if "bokeh" in needed:
+        pytest.importorskip("bokeh", reason="Bokeh is not installed")
+    modules = loaded("-c", program, cwd=tmp_path)
+    assert needed <= modules
+    assert not modules & not_yet

@@ -35,9 +35,8 @@ def dispatched():
     return " ".join(name for name in __cpu_dispatch__ if __cpu_features__.get(name))
 
 
-C_LIBRARY = {
-    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable"
-}
+HWCAPS = "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable"
+C_LIBRARY = {"GLIBC_TUNABLES": HWCAPS}
 NUMPY = {"NPY_DISABLE_CPU_FEATURES": dispatched()} if dispatched() else {}
 OLDEST = {"NUMBA_CPU_NAME": "x86-64" if X86 else "generic", "NUMBA_CPU_FEATURES": ""}
 LIBRARIES = {**C_LIBRARY, **NUMPY, "OPENBLAS_CORETYPE": "Prescott" if X86 else "ARMV8"}
@@ -64,17 +63,15 @@ def run(setting, *arguments, cache=None):
     """Return the output of the program under a setting; `cache` is a folder for compiled code."""
     variables = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     ours = ("GLIBC_TUNABLES", "OPENBLAS_", "NPY_", "NUMBA_CPU_", "NUMBA_DISABLE_JIT")
-    names = {name for name in os.environ if not name.startswith(ours)}
     with pytest.MonkeyPatch.context() as patch:
-        for name in os.environ.keys() - names:
+        for name in filter(lambda name: name.startswith(ours), [*os.environ]):
             patch.delenv(name)
         return json.loads(printed(PROGRAM, *arguments, **variables, **setting))
 
 
 def differing(digests, usual):
-    return sorted(
-        name for name in usual.keys() | digests.keys() if digests.get(name) != usual.get(name)
-    )
+    names = usual.keys() | digests.keys()
+    return sorted(name for name in names if digests.get(name) != usual.get(name))
 
 
 def of_every_kind(labels):

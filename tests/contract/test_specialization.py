@@ -34,6 +34,7 @@ UNLESS = {
     },
     "energy": {
         "observe.note_energy", "response.note_peaks", "response.note_energies", "inside.note_end",
+        "response.record_breakers", "response.may_set_a_record",
     },
     "response": {"response.tally_piece", "response.tally_push"},
     "clearance": {"exact.note_misses"},
@@ -68,11 +69,9 @@ def of_module(case, *names):
 
 
 @pytest.mark.kernels
-def test_a_scene_without_walls_holds_no_contact_code_and_no_function(code):
-    assert not modules(code["tmd"]) & CONTACT
+def test_loops_without_walls_or_damper_are_others_and_call_no_function(code):
     assert "orbit.orbit" not in code["tmd"]["kernels"]
     assert "flight.step" in code["tmd"]["kernels"]
-    # ... and a scene with walls does, so that this can fail
     assert modules(code["ssul"]) >= CONTACT
     assert "orbit.linear_orbit" not in code["ssul"]["kernels"]
     # the structure alone is compiled without a damper
@@ -147,17 +146,6 @@ def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
 
 
 @pytest.mark.kernels
-def test_what_is_not_recorded_is_not_compiled(code):
-    peaks = {"response.note_peaks", "response.record_breakers", "response.may_set_a_record"}
-    assert of_module(code["ssul"], "observe") == {"observe.note_section"}
-    assert not peaks & set(code["ssul"]["kernels"])
-    energy = of_module(code["ssul energy"], "observe")
-    assert "observe.note_energy" in energy
-    assert peaks & set(code["ssul energy"]["kernels"])
-    assert "observe.note_section" not in energy
-
-
-@pytest.mark.kernels
 def test_each_method_leaves_the_other_out(code):
     exact, fixed = code["ssul"], code["ssul rk4"]
     assert not of_module(exact, "fixed_step")
@@ -228,6 +216,7 @@ def allocated(system, *want):
 
 ALWAYS = {"status"}
 JUDGED = {"section", "ends", "evidence"}
+LIMITED = {"kind": "ssvi-b", **load_system("ssbl").parameters}
 
 
 @pytest.mark.parametrize(
@@ -241,6 +230,8 @@ JUDGED = {"section", "ends", "evidence"}
         ("ssul-set6", ["impacts"], {"counts", "cycle"}),
         ("tmd", ["regime"], JUDGED),
         ("ssul-set6", ["lyapunov"], JUDGED | {"counts"}),
+        ("ssbl", ["energy"], {"energy"}),
+        (LIMITED, ["energy"], {"energy", "violation"}),  # a limit is always reported
     ],
 )
 def test_nothing_is_allocated_that_was_not_asked_for(system, want, expected):
@@ -256,10 +247,3 @@ def test_cells_that_cannot_be_written_to_take_the_same_machine_code():
     assert numba.typeof(cells.view(np.recarray)) != numba.typeof(usual)
     assert numba.typeof(records_of(cells)) == numba.typeof(usual)
     assert np.array_equal(records_of(cells), cells)
-
-
-def test_a_limit_is_always_reported():
-    parameters = load_system("ssbl").parameters
-    limited = {"kind": "ssvi-b", **parameters}
-    assert allocated(limited, "energy") == {"energy", "violation"} | ALWAYS
-    assert allocated("ssbl", "energy") == {"energy"} | ALWAYS

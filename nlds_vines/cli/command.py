@@ -242,14 +242,9 @@ class Job:
 
 
 def of_task(
-    name: str,
-    load: Callable[..., Any],
-    job: type[Job],
-    source: tuple[str, str],
-    options: Sequence[Option],
-    owners: Sequence[Any],
-    **about: Any,
-) -> Command:
+    name: str, load: Callable[..., Any], job: type[Job], source: tuple[str, str],
+    options: Sequence[Option], owners: Sequence[Any], **about: Any,
+) -> Command:  # fmt: skip
     """Return the command of a task.
 
     `load(source, changes, place)` returns the request; `source` is the argument's metavar and help;

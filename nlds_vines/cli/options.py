@@ -138,13 +138,9 @@ class Option:
 
 
 def named(
-    flag: str,
-    form: str,
-    words: str,
-    key: str,
-    read: Callable[[str, str], Any],
+    flag: str, form: str, words: str, key: str, read: Callable[[str, str], Any],
     repeated: bool = True,
-) -> Option:
+) -> Option:  # fmt: skip
     """Return an option NAME=VALUE for entries by name of the table `key`.
 
     `read` returns the entry that a text means; for messages it also gets the option and its name.

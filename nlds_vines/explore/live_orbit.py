@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import shlex
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -53,7 +52,6 @@ HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the for
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
 # the names of saved files
 PORTRAIT_FILE, SCAN_FILE, PICTURE_FILE = "portrait.toml", "part.toml", "portrait.png"
-_one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow each other
 
 
 @dataclass(frozen=True)
@@ -73,12 +71,9 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: System,
-    start: Sequence[float] | None,
-    scan: Scan,
-    history: str = SETTLED,
+    system: System, start: Sequence[float] | None, scan: Scan, history: str = SETTLED,
     unit: str | None = RAD,
-) -> LiveOrbit:
+) -> LiveOrbit:  # fmt: skip
     """Follow and classify an orbit with the sampling of a `scan`.
 
     Raises `RequestError` for an impossible start and for an orbit that ends early.  Once compiled,
@@ -97,19 +92,18 @@ def live_orbit(
         tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
     )  # fmt: skip
     regime, trouble = None, ""
-    with _one_at_a_time:
+    try:
+        (view,) = views_of(request)
         try:
-            (view,) = views_of(request)
-            try:
-                regime = classify(
-                    system, start=start, transient=scan.transient, periods=scan.periods,
-                    method=scan.method, effort=scan.effort, tolerance=tolerance,
-                )  # fmt: skip
-            except (IntegrationError, RequestError) as error:
-                trouble = str(error)
-            panels = {"history": history_of(request, view, history), **panels_without_time(view)}
-        except IntegrationError as error:
-            raise RequestError(str(error)) from None
+            regime = classify(
+                system, start=start, transient=scan.transient, periods=scan.periods,
+                method=scan.method, effort=scan.effort, tolerance=tolerance,
+            )  # fmt: skip
+        except (IntegrationError, RequestError) as error:
+            trouble = str(error)
+        panels = {"history": history_of(request, view, history), **panels_without_time(view)}
+    except IntegrationError as error:
+        raise RequestError(str(error)) from None
     multipliers = np.empty(0, complex)
     if regime is not None and regime.multipliers is not None:
         multipliers = regime.multipliers

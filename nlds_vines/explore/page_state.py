@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isfinite, log10
-from queue import SimpleQueue
+from queue import Queue
 from typing import NamedTuple
 
 from nlds_vines.bifurcation.blocks import blocks_of
@@ -253,11 +253,9 @@ class Opened:
         else:
             self.job = Job(source, self._changed, unit)
             self.results = self.job.results
-        self._calls: SimpleQueue[Callable[[], object]] = SimpleQueue()
-        self._follows = False
+        self._calls: Queue[Callable[[], object]] = Queue()
         # a daemon, unlike the threads of an executor: no exit waits until it has compiled
         threading.Thread(target=self._follow, name="orbits", daemon=True).start()
-        self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
 
     def begin(self) -> None:
         """Load or compile the kernels, then compute the scan, if there is one.
@@ -266,7 +264,7 @@ class Opened:
         sixth of the time until the page can be used.
         """
         gc.disable()
-        self._warming.start()
+        self.aside(self._warm)
 
     def aside(self, call: Callable[[], object]) -> None:
         """Call something in the thread that follows the orbits of all pages, one at a time."""
@@ -275,11 +273,10 @@ class Opened:
     def _follow(self) -> None:
         while True:
             call = self._calls.get()
-            self._follows = True
             try:
                 call()
             finally:
-                self._follows = False
+                self._calls.task_done()
 
     def close(self) -> bool:
         """End the computation after the block under way; return True if no thread is at work."""
@@ -288,7 +285,7 @@ class Opened:
             if self.job.is_alive():
                 self.job.join(LAST_SECONDS)
         is_computing = self.job is not None and self.job.is_alive()
-        return not (self._warming.is_alive() or self._follows or is_computing)
+        return not (self._calls.unfinished_tasks or is_computing)
 
     def _warm(self) -> None:
         """Follow one orbit, which loads or compiles the kernels, then compute the scan."""

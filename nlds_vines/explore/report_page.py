@@ -207,12 +207,9 @@ def _page(
 
 
 def _arguments(
-    results: Stored,
-    figure: figures.MapFigure,
-    shows: Sequence[map_view.Show],
-    section: Section,
+    results: Stored, figure: figures.MapFigure, shows: Sequence[map_view.Show], section: Section,
     names: Sequence[str],
-) -> dict[str, Any]:
+) -> dict[str, Any]:  # fmt: skip
     is_map, count = figure.is_map, len(results.starts)
     components = [*results.scan.system.scene.components]
     columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}

@@ -60,13 +60,11 @@ class Drawing(ABC):
         frequency: str | None = None,
     ) -> None:
         """Draw an archive and save the picture; equal archives give equal bytes."""
-        path = Path(plot_path)
-        check_format(path)
         with read(archive_path) as view:
             figure = drawn(view, lambda opened: self.figure(opened, show))
             count_in(figure, frequency, view, strict=False)
             title, scan_hash = view.text("title"), view.text("scan_hash")
-        save_figure(figure, path, title, ("scan_hash", scan_hash))
+        save_figure(figure, Path(plot_path), title, ("scan_hash", scan_hash))
 
 
 @dataclass(frozen=True)
@@ -127,21 +125,15 @@ def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:
         ) from error
 
 
-def check_format(path: Path) -> str:
-    """Return the format of a picture's suffix; `RequestError` if it is not in `FORMATS`."""
-    form = path.suffix.lower().removeprefix(".")
-    if form not in FORMATS:
-        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
-    return form
-
-
 def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> None:
     """Save a figure, completely or not at all.
 
     Title and `origin`, the name and the value of a hash, are in the metadata.  The suffix chooses
     one of `FORMATS`.  The file has no date, so its bytes repeat.
     """
-    form, (name, digest) = check_format(path), origin
+    form, (name, digest) = path.suffix.lower().removeprefix("."), origin
+    if form not in FORMATS:
+        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
     # matplotlib names the elements of an SVG at random unless it is given a salt
     salt: dict[Any, Any] = {"svg.hashsalt": digest}
     title, words = printable(title[:MOST_CHARACTERS]), f"{name} {digest}"

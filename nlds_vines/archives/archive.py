@@ -137,8 +137,7 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
     """Return the shape of the chunks of an array whose values take `itemsize` bytes.
 
     The longer of the first two sides is halved until a chunk takes at most 256 KiB; other sides are
-    halved only once both are 1.  So the samples of one orbit stay together as long as possible, and
-    the layout does not depend on how the scan was cut into blocks.
+    halved only once both are 1, so that the samples of one orbit stay together as long as possible.
     """
     chunk = list(shape)
     while math.prod(chunk) * itemsize > _CHUNK_BYTES:

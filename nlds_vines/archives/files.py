@@ -157,9 +157,7 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
 def toml_text(document: Mapping[str, Any]) -> str:
     """Return `document` as TOML: scalars first, then a `[table]` for each mapping in it.
 
-    Values are str, bool, int, float, sequences of these, mappings, or lists of mappings, each of
-    which becomes a table `[[key]]`.  Floats are written with the digits that read back to the same
-    bits.
+    Lists of mappings become tables `[[key]]`.  Floats have the digits that read back to their bits.
     """
     return "\n".join(_lines(document, "")) + "\n"
 

@@ -30,9 +30,8 @@ from nlds_vines.runs.store import Blocks
 class Command:
     """One command of the console script.
 
-    The `name` is a subcommand, or `python -m MODULE` for a program of its own.  `carry_out` does
-    what the options ask for and returns the exit status.  `common` are the options that --help
-    lists, with blanks between; by default all.
+    The `name` is a subcommand, or `python -m MODULE` for a program of its own.  `carry_out` returns
+    the exit status.  `common` are the options that --help lists, with blanks between, or else all.
     """
 
     name: str
@@ -130,10 +129,8 @@ def task_of(view: ArchiveView) -> Task | None:
 class Job:
     """A request and its files; checked when made, before anything heavy is loaded.
 
-    The `source` is a file that was read and must not be replaced; `how` are the run's options;
-    `frequency` is the unit of axes, None for that of the request.  A subclass says in words what
-    its task would do (`plan`) and what has failed (`failure`); its further fields are options of
-    the command.
+    The `source` was read and must not be replaced; `frequency` is the unit of axes, by default that
+    of the request.  Further fields of a subclass are options of its command.
     """
 
     default: ClassVar[str] = ""
@@ -248,9 +245,8 @@ def of_task(
     """Return the command of a task.
 
     `load(source, changes, place)` returns the request; `source` is the argument's metavar and help;
-    `options` set entries of the request's tables or fields of the job; the settings of `owners`
-    become options.  `about` may also have `add_run`, which declares the options of a run, `but` and
-    `usual` (`add_settings`).
+    `options` and the settings of `owners` become options.  `about` may also have `add_run`, which
+    declares the options of a run, `but` and `usual` (`add_settings`).
     """
     add_run, but = about.pop("add_run", running.add_run_options), about.pop("but", ())
     usual = about.pop("usual", {})

@@ -29,15 +29,12 @@ _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that raises `RequestError` where others print their usage and exit.
-
-    `common`: the options that --help lists; --help-all lists all. Empty: both are one.
-    """
+    """An argument parser that raises `RequestError` where others print their usage and exit."""
 
     def __init__(
         self, common: Collection[str] = (), add_help: bool = True, **settings: Any
     ) -> None:
-        """Take argparse's own settings; options are not abbreviated, the text keeps its lines."""
+        """Take argparse's own settings; --help lists the options in `common`, --help-all all."""
         form = argparse.RawDescriptionHelpFormatter
         super().__init__(allow_abbrev=False, formatter_class=form, add_help=False, **settings)
         self.common = {"--help", "--help-all", *common} if common else set()
@@ -141,10 +138,7 @@ def named(
     flag: str, form: str, words: str, key: str, read: Callable[[str, str], Any],
     repeated: bool = True,
 ) -> Option:  # fmt: skip
-    """Return an option NAME=VALUE for entries by name of the table `key`.
-
-    `read` returns the entry that a text means; for messages it also gets the option and its name.
-    """
+    """Return an option NAME=VALUE for entries of the table `key`, read by `read(option, text)`."""
 
     def document(texts: Any) -> Document:
         pairs = assignments(flag, texts if repeated else [texts], form)

@@ -42,9 +42,6 @@ class RunOptions:
         shard: compute this share of the blocks only.
         scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
         executor: of `concurrent.futures`, whose workers are to compute; for Python alone.
-        quiet: show no progress.
-
-    A command without one of these options leaves it at its default.
     """
 
     threads: int | None = None

@@ -80,9 +80,16 @@ def _carry_out(options: argparse.Namespace) -> int:
             f"--system and --set beside {shown(str(source))}: an archive has its system; "
             "the page has a slider for every parameter"
         )
-    document = changes(options, (SYSTEM, SET), ())
+    refuse_without_bokeh("explore")
+    most_threads()  # refuses an environment in which no kernel can be loaded
+    if options.frequency is not None:
+        choice("--frequency", options.frequency, UNITS)
+    document, results = changes(options, (SYSTEM, SET), ()), None
     if is_archive:
-        scan = None
+        from nlds_vines.explore.map_data import stored
+
+        results = stored(options.source, options.frequency)
+        scan = results.scan
     elif source is None and isinstance(system := document.get("system"), System):
         # the diagram around the structure's natural frequency, or around omega if k1 = 0
         system = system.with_(**document.get("set", {}))
@@ -94,18 +101,6 @@ def _carry_out(options: argparse.Namespace) -> int:
         scan = load_scan({**document, "title": system.title or system.name})
     else:
         scan = load_scan(source, document, "command line")
-    refuse_without_bokeh("explore")
-    most_threads()  # refuses an environment in which no kernel can be loaded
-    if options.frequency is not None:
-        choice("--frequency", options.frequency, UNITS)
-    results = None
-    if is_archive:
-        from nlds_vines.explore.map_data import stored
-
-        assert source is not None
-        results = stored(source, options.frequency)
-        scan = results.scan
-    assert scan is not None
     refuse_samples(scan)
     if options.dry_run:
         listening(port).close()
@@ -123,8 +118,7 @@ def _carry_out(options: argparse.Namespace) -> int:
             from nlds_vines.explore.page_server import serve
 
             def greet(address: str) -> None:
-                end = "Ctrl-C ends it; what it computes is not kept"
-                say(scan.title, f"open {address}", end)
+                say(scan.title, f"open {address}", "Ctrl-C ends it; what it computes is not kept")
 
             return serve(
                 lambda document: Page(document, opened), listener, greet, not options.no_browser

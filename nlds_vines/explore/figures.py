@@ -119,9 +119,8 @@ class Layer:
 class MapFigure:
     """The figure of a map or a diagram, with a mark at the chosen cell.
 
-    `main` is the figure, `strip` that of the regimes above a diagram, or None; `picture` is the
-    image of the cells, `beneath` the map before, visible where cells are clear.  If it is
-    `refining`, a rectangle can be computed finer.
+    `strip` is the figure of the regimes above a diagram; `picture` is the image of the cells,
+    `beneath` the map before, visible where cells are clear.
     """
 
     def __init__(self, results: Stored, refining: bool) -> None:
@@ -253,9 +252,8 @@ _TIME, _PLANE, _LOW, _CIRCLE = 132, 230, 196, 146  # pixels
 class OrbitFigures:
     """The panels that the orbit of a system can fill; the damper's color is that of all pictures.
 
-    Attributes: `wide` and `narrow`, the figures of full and of half width; `planes`, the phase
-    planes by the index of their displacement in a state; `sources`, the data by panel; `walls`, for
-    each wall its lines; `legend` (HTML).
+    `wide` and `narrow` are the figures of full and of half width, `planes` the phase planes by the
+    index of their displacement in a state, `walls` the lines of each wall.
     """
 
     def __init__(self, system: System, unit: str | None = RAD) -> None:

@@ -131,7 +131,9 @@ class Page:
         rows = [row(*pair, sizing_mode="stretch_width") for _, *pair in self.sliders.values()]
         sliders = column(*rows, css_classes=["sliders"], **figures.WIDE)
         original = self.button("as in the map", self.take_original)
-        recompute = self.button("compute the map with these", self.recompute)
+        recompute = self.button(
+            "compute the map with these", lambda: self.compute_map(self.chosen.part(), False)
+        )
         head = figures.text(text="<b>Parameters</b>")
         return [head, row(original, recompute, **figures.WIDE), sliders]
 
@@ -380,9 +382,6 @@ class Page:
             for place, side in zip(self.map.places, sides, strict=False)
         ]
         self.compute_map(self.chosen.part(ranges), beneath=True)
-
-    def recompute(self) -> None:
-        self.compute_map(self.chosen.part(), beneath=False)
 
     def compute_map(self, scan: Scan, beneath: bool) -> None:
         """Compute a map, with the map before `beneath` it or without, and show it meanwhile."""

@@ -237,15 +237,11 @@ class Job(threading.Thread):
 
 
 class Opened:
-    """What all pages share: a map of an archive or one under way, the orbits' thread, the kernels.
-
-    `listeners` are called, in the threads of the work, when results are added and when the state
-    of the kernels changes.
-    """
+    """What all pages share: a map of an archive or under way, the thread of orbits, the kernels."""
 
     def __init__(self, source: Stored | Scan, unit: str | None = None) -> None:
         """Take the results in an archive, or a scan to compute; `unit` as `empty`."""
-        self.listeners: list[Callable[[], object]] = []
+        self.listeners: list[Callable[[], object]] = []  # of new results and states of the kernels
         self.kernels = LOADING
         self.job: Job | None = None
         if isinstance(source, Stored):

@@ -1,8 +1,7 @@
 """A map as one page (.html) that needs no server: figures, numbers, words, a script, branches.
 
-Over a diagram the report draws displacements or energies along the branches of a continuation,
-solid where they are stable, and special points by name; over a map the curves of special points in
-its plane or, without curves, the special points on the line of the continuation.
+Over a diagram lie displacements or energies along the branches of a continuation, solid where they
+are stable; over a map curves of special points or, without curves, the special points.
 """
 
 from __future__ import annotations

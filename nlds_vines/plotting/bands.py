@@ -69,8 +69,7 @@ def is_list(values: np.ndarray) -> bool:
 def edges(values: np.ndarray) -> np.ndarray:
     """Return the borders (n + 1,) of the cells around ascending `values` (n,).
 
-    Neighbors meet half-way, or half-way between the logarithms of values with equal ratios; the
-    first and the last cell extend as far outwards as inwards.
+    Neighbors meet half-way, of logarithms if ratios are equal; the outer cells are symmetric.
     """
     if values.size == 1:
         half = 0.5 * abs(values[0]) or 0.5

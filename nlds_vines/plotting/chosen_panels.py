@@ -53,12 +53,9 @@ class Drawing(ABC):
             return figure
 
     def save(
-        self,
-        archive_path: str | os.PathLike[str],
-        plot_path: str | os.PathLike[str],
-        show: str | None = None,
-        frequency: str | None = None,
-    ) -> None:
+        self, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str],
+        show: str | None = None, frequency: str | None = None,
+    ) -> None:  # fmt: skip
         """Draw an archive and save the picture; equal archives give equal bytes."""
         with read(archive_path) as view:
             figure = drawn(view, lambda opened: self.figure(opened, show))

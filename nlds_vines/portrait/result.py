@@ -1,9 +1,8 @@
 """A computed portrait: its windows as numbers, its archive, its page.
 
-In an archive each column of the page is an entry along `row`.  Windows differ in length, so their
-contents are concatenated: states along `state`, sections along `section_point`, impacts along
-`impact`, spectra along `bin` (contiguous ragged arrays of the CF conventions); the row holds their
-numbers.
+In an archive each column of the page is an entry along `row`.  Windows differ in length, so states,
+sections, impacts and spectra are concatenated (contiguous ragged arrays of the CF conventions); the
+row holds their numbers.
 """
 
 from __future__ import annotations
@@ -163,13 +162,10 @@ class View(Outlined):
 
 @dataclass(frozen=True, repr=False)
 class Portrait(Drawable):
-    """The windows of one or several orbits.
+    """The windows of one or several orbits, the `views`, one for each column of the page.
 
-    Attributes:
-        path: path of the archive; None without one.
-        views: the windows, one for each column of the page.
-        drawn_from: the request of the page; it does not repeat the orbit of a scan's cell.
-        cell: the options that name such a cell; empty for other orbits.
+    `drawn_from` is the request of the page, which does not repeat the orbit of a scan's cell; the
+    options that name such a cell are `cell`, empty for other orbits.
     """
 
     drawn_by = "nlds_vines.portrait.picture"

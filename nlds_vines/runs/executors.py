@@ -1,7 +1,4 @@
-"""Who computes: threads of this process, other workers, one of several shards; what it has.
-
-Compiled kernels release the lock of Python's interpreter, so plain threads run them side by side.
-"""
+"""Who computes: threads of this process, other workers, one of several shards; what it has."""
 
 from __future__ import annotations
 
@@ -73,6 +70,7 @@ def in_pieces(
 ) -> None:
     """Call `work(begin, end)` for pieces that make up range(lanes), on the threads in use.
 
+    Compiled kernels release the lock of Python's interpreter, so plain threads run side by side.
     A piece has at least `least` lanes, and `most` where a few may take as long as all others.  As
     lanes take very different times, a thread that has finished its piece takes the next one, and
     pieces become smaller towards the end.  The calling thread does its part.

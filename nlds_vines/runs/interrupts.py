@@ -135,8 +135,7 @@ def stoppable(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
 
     Called in the main thread, it runs in a thread beside it.  If a signal has asked to stop and
     `GRACE` is over, the call raises `Stopped`; if no run takes signals, `KeyboardInterrupt` ends it
-    at once.  The thread is then abandoned: its result is lost, and it ends at the next `check`,
-    which is after the kernel or the compilation of a function that it is in, or with the process.
+    at once.  The thread is then abandoned: it ends at the next `check`, or with the process.
     """
 
     @functools.wraps(work)

@@ -43,16 +43,13 @@ _SECONDS = "seconds_of_block"
 
 
 class Blocks:
-    """The finished blocks of a request whose archive is to be `path`, each under a key.
-
-    `keys` are those that the run needs, for the line that says what an interrupted run keeps.
-    """
+    """The finished blocks of a request whose archive is to be `path`, each under a key."""
 
     def __init__(self, path: Path, request: Any) -> None:
         """Choose the folder; nothing is written before the first block is saved."""
         self.path, self.request = ArchivePath.of(path), request
         self._in_memory: dict[object, Arrays] | None = {} if self.path.named is None else None
-        self.keys: Sequence[object] | None = None
+        self.keys: Sequence[object] | None = None  # that the run needs, if known
         self._seconds: dict[object, float] = {}
         self._forced = -math.inf
 
@@ -241,10 +238,7 @@ class Blocks:
         free: Collection[str] = (),
         **about: Value,
     ) -> Write:
-        """Return the function that writes an archive from arrays, of which empty ones are left out.
-
-        The archive states no value for parameters in `free`; entries of `about` override `spent`.
-        """
+        """Return what writes an archive of arrays that are not empty; `free` have no attribute."""
         request = self.request
         filled = [(entry, values) for entry, values in contents if values.size]
         table = Table.of(

@@ -19,6 +19,7 @@ from nlds_vines.bifurcation.picture import diagram
 from nlds_vines.bifurcation.picture.choices import Slice
 from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
+from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
 from nlds_vines.plotting.page import TWO_COLUMNS, page_of
@@ -244,10 +245,7 @@ def hatched(axes):
     return {item.get_hatch(): len(item.get_paths()) for item in patches}
 
 
-LIMITED = {
-    **{"kind": "ssvi-b", "m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 600.0},
-    **{"c2": 262.0, "C": 0.1, "D": 0.1, "P": 800.0, "omega": 6.28, "K": 1e7},
-}
+LIMITED = {"kind": "ssvi-b", **load_system("ssbl").parameters}
 
 
 def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(picture):
@@ -366,9 +364,8 @@ def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(picture):
     assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in gray
     assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
     axes, bar = picture(["energy"], MAP, "reduction", reduction=one_sign).axes
-    assert (
-        mesh_of(axes).get_clim()[0] == 0.0
-    )  # of one sign, half of the shades: zero is where they begin
+    # of one sign, half of the shades: zero is where they begin
+    assert mesh_of(axes).get_clim()[0] == 0.0
     assert not bar.get_lines()
 
 
@@ -489,10 +486,8 @@ def test_what_a_map_or_a_diagram_cannot_show_is_refused(four, usual, picture, tm
     assert list(tmp_path.iterdir()) == []
     line = error_of(picture, ["section"], MAP)
     assert re.search("holds only .*section.*: nothing to draw", line)
-    unknown = {"start": FOUR, "label": "undetermined"}
-    assert "no start ended in a known regime" in error_of(
-        picture, ["regime"], MAP, "shares", **unknown
-    )
+    line = error_of(picture, ["regime"], MAP, "shares", start=FOUR, label="undetermined")
+    assert "no start ended in a known regime" in line
 
 
 FEW = {**OMEGA, "P": [600.0, 800.0, 1000.0]}

@@ -422,7 +422,7 @@ class OrbitEnds:
         chosen = np.random.default_rng(0).permutation(prod(shape))[:size]
         *places, lanes = np.unravel_index(np.tile(chosen, len(new)), shape)
         repeated = np.repeat(new, size)
-        starts = own_states(scan, repeated, scan.initial(places), lanes, tell=self._tell)
+        starts = own_states(scan, repeated, scan.initial(places), lanes, self._tell)
         ends = self.judged(repeated, starts)
         closed = np.array([period_of(label) > 0 for label in ends.labels]) & (ends.status == OK)
         for i, number in enumerate(numbers[is_new].tolist()):

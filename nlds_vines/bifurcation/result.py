@@ -110,21 +110,19 @@ def own_states(
     cells: np.ndarray,
     initial: Mapping[str, np.ndarray],
     lanes: np.ndarray,
-    draws: np.ndarray | None = None,
     tell: Tell | None = None,
 ) -> np.ndarray:
     """Return where orbits that follow no other one are at their first section; rest for sweeps.
 
     `initial` are the components of the state and the phase that axes set in the `cells` (n,); an
     orbit that begins at another phase is followed to the next section.  `lanes` (n,) are the
-    numbers of the starts in their cells, `draws` (starts, 4) the numbers in [-1, 1) that random
-    starts scale, by default from the scan's seed.
+    numbers of the starts in their cells.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
     """
     scene = scan.system.scene
     if scan.start.policy == "random":
-        chosen = (starts.start_states(scan.start) if draws is None else draws)[lanes]
-        return starts.random_states(cells, chosen[:, np.newaxis], scene)[:, 0]
+        draws = starts.start_states(scan.start)[lanes]
+        return starts.random_states(cells, draws[:, np.newaxis], scene)[:, 0]
     phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
     components = {name: values for name, values in initial.items() if name != PHASE}
     states = starts.given_states(cells, scan.start, components, scene)

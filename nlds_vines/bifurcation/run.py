@@ -37,7 +37,7 @@ from nlds_vines.orbits import records, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.solver_settings import most_watched
-from nlds_vines.orbits.starts import start_states, user_states
+from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
@@ -171,7 +171,6 @@ class Computer:
     def __init__(self, scan: Scan, tell: Tell | None = None, *, helped: bool = True) -> None:
         self.scan = scan
         self._cells, self._tell = scan.cells(), tell
-        self._draws = start_states(scan.start) if scan.start.policy == "random" else None
         wanted = wanted_of(scan)
         self.ends: OrbitEnds | None = None
         if records.ATTRACTOR in scan.want:
@@ -179,10 +178,7 @@ class Computer:
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
         self.kernels = Kernels(wanted, tell, helped=helped)
-        self._spectral, self._traced = scan.spectral, None
-        if self._spectral is not None:
-            traced = replace(wanted, want=("section",))
-            self._traced = Kernels(traced, tell, helped=helped)
+        self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -217,14 +213,13 @@ class Computer:
         `places` (chains,) are the numbers in the scan of their first cells, which attractors need.
         """
         arrays = {"P": chains["P"].copy()}
-        if self._draws is not None:
+        if self.scan.start.policy == "random":
             states = user_states(chains[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = states[:, np.newaxis]
-        if self._spectral is not None and self._traced is not None:  # the same at more instants
-            span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
+        if (spectral := self.scan.spectral) is not None:  # the same at more instants
+            span = Span(self.scan.transient, self.scan.periods, spectral.samples)
             states, status = self._traced.states(chains, starts, span)
-            sound = status == records.OK
-            spectra = spectra_of(self._spectral, states, sound, self.scan.transient)
+            spectra = spectra_of(spectral, states, status == records.OK, self.scan.transient)
             arrays |= {"status": status, **spectra}
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
@@ -250,8 +245,7 @@ class Computer:
         places, lanes = np.divmod(chosen, self.scan.starts)
         where = np.unravel_index(places, self.scan.shape)
         cells = self._cells[where]
-        initial = self.scan.initial(where)
-        states = own_states(self.scan, cells, initial, lanes, self._draws, self._tell)
+        states = own_states(self.scan, cells, self.scan.initial(where), lanes, self._tell)
         return cells[:, np.newaxis], states, places
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:

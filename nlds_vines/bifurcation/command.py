@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -25,6 +26,7 @@ from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, choice, from_text
 from nlds_vines.model.axis import samples_of
+from nlds_vines.model.labels import KEPT
 from nlds_vines.model.system import System, parameters_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -33,6 +35,7 @@ from nlds_vines.runs.progress import size
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
 
+_MOST_PAIRS = 6  # of a label and that of the spectrum, in a line
 _EXAMPLES = """\
 examples:
   nlds-vines bifurcation
@@ -216,10 +219,16 @@ class Job(commands.Job):
             values = parameters_in_words(self.request.system, self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:
-            from nlds_vines.bifurcation.run import spectral_summary
-
             with read(self.archive) as view:
-                lines.append(spectral_summary(view))
+                agree, labels = view["spectra_agree"], view["label"]
+                spectral = view["spectral_label"]
+            which = agree == KEPT["no"]
+            pairs = zip(labels[which].tolist(), spectral[which].tolist(), strict=True)
+            counts = Counter(f"{label} with {says}" for label, says in pairs)
+            words = [f"{count} {pair}" for pair, count in counts.most_common(_MOST_PAIRS)]
+            line = f"spectra disagree: {which.sum()} of {(agree >= 0).sum()} orbits"
+            line += f": {', '.join(words)}" if words else ""
+            lines.append(line + (", ..." if len(counts) > _MOST_PAIRS else ""))
         return lines
 
     def paths(self) -> list[str]:

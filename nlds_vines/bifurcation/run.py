@@ -30,7 +30,7 @@ from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.labels import CHAOS, KEPT, least_lifetime
+from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import records, responses
@@ -114,18 +114,6 @@ class Report:
                 f"lifetime is {least_lifetime(self.watched):.0f} periods or more (95 %, one orbit)"
             )
         return lines
-
-
-def spectral_summary(view: archive.ArchiveView) -> str:
-    """Return one line on the orbits whose spectra and verdicts disagree."""
-    agree, spectral = view["spectra_agree"], view["spectral_label"]
-    which = agree == KEPT["no"]
-    pairs = zip(view["label"][which].tolist(), spectral[which].tolist(), strict=True)
-    counts = Counter(f"{label} with {says}" for label, says in pairs)
-    words = [f"{count} {pair}" for pair, count in counts.most_common(_MOST_LABELS)]
-    of = f"{np.count_nonzero(which)} of {np.count_nonzero(agree >= 0)} orbits"
-    ellipsis = ", ..." if len(counts) > _MOST_LABELS else ""
-    return f"spectra disagree: {of}" + (f": {', '.join(words)}{ellipsis}" if words else "")
 
 
 def wanted_of(scan: Scan) -> Wanted:
@@ -228,9 +216,8 @@ class Computer:
             outputs = self.kernels.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
         if "spectra_agree" in self.scan.table.datasets:
-            regimes, n = arrays["regime"], arrays["periodicity"]
-            spectral, periods = arrays["spectral_label"], self.scan.periods
-            arrays["spectra_agree"] = agreement(regimes, n, spectral, periods)
+            regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
+            arrays["spectra_agree"] = agreement(regimes, n, labels, self.scan.periods)
         failed = arrays["status"] != records.OK
         for name, dataset in self.scan.table.datasets.items():
             values = arrays[name]

@@ -341,22 +341,14 @@ def made(random):
 
 def broken(random, data):
     """Return bytes with some of them changed, taken away, doubled or put elsewhere."""
-    data = bytearray(data)
+    data, marks = bytearray(data), [b",", b";", b"\t", b"\0", b'"', b"#", b"\x1a", b"1e400", b"("]
     for _ in range(random.randint(1, 6)):
-        i, j = sorted(random.randrange(len(data)) for _ in range(2)) if data else (0, 0)
-        change = random.randrange(5)
-        if change == 0 and data:
-            data[i] = random.randrange(256)
-        elif change == 1:
-            del data[i : min(j, i + 40)]
-        elif change == 2:
-            data[i:i] = data[i:j] * random.choice([1, 2, 30])
-        elif change == 3:
-            data[i:i] = random.choice(
-                [b",", b";", b"\t", b"\0", b'"', b"#", b"\x1a", b"1e400", b"("]
-            )
-        else:
-            data[i:j] = random.randbytes(min(j - i, 9))
+        i, j = sorted(random.randrange(len(data) + 1) for _ in range(2))
+        end, inserted = random.choice([
+            (i + 1, random.randbytes(1)), (min(j, i + 40), b""), (i, random.choice(marks)),
+            (i, data[i:j] * random.choice([1, 2, 30])), (j, random.randbytes(min(j - i, 9))),
+        ])  # fmt: skip
+        data[i:end] = inserted
     return bytes(data)
 
 

@@ -113,6 +113,12 @@ def side_of(parts, arc=None, steps=EVEN, rate=None, **others):
     return side._replace(**others)
 
 
+def follow_contact(side, wave, start, stop=1.0e3):
+    """Return what `contact` does from (q, s, x1, v1) on, up to a time; the depth is noted, too."""
+    noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
+    return contact(side, NOTHING._replace(impacts=noted), wave, start, stop)
+
+
 @dataclass(frozen=True)
 class Impact:
     """One contact from touch to release, and the state at its end."""
@@ -150,11 +156,8 @@ class Approach:
 
     def step(self, parts, steps, rk4=None):
         """Follow the contact by Taylor steps of order 14, or four if `rk4`."""
-        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         side = side_of(parts, steps=Steps(float(steps), np.inf), rate=1.0, rk4=rk4)
-        event, _, s, x1, v1, took, depth = contact(
-            side, NOTHING._replace(impacts=noted), self.wave, self.touch, 1.0e3
-        )
+        event, _, s, x1, v1, took, depth = follow_contact(side, self.wave, self.touch)
         assert event == RELEASED
         return Impact(-s, x1, v1, took, depth)
 

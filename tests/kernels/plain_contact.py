@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support import BOTH, NOTHING, contact_parts, references, side_of
+from support import BOTH, NOTHING, contact_parts, follow_contact, references, side_of
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events import contact as stepping
@@ -12,7 +12,6 @@ from nlds_vines.kernels.scene import law as series
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import after, drive_now
 from nlds_vines.kernels.scene.scene import Step
-from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
 
 SET6 = references()["ssul-set6"].numbers
@@ -26,9 +25,8 @@ def parts_of(**changes):
 
 def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     """Follow a contact from phase 1 and return what `contact` does."""
-    noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     side = side_of(parts, steps=Steps(steps, np.inf), rate=10.0, rk4=rk4)
-    return contact(side, NOTHING._replace(impacts=noted), WAVE, (q, s, x1, v1), stop)
+    return follow_contact(side, WAVE, (q, s, x1, v1), stop)
 
 
 @pytest.mark.parametrize("steps", [6.0, 8.0, 12.0, 28.0])
@@ -70,10 +68,9 @@ def test_depth_where_a_contact_comes_to_rest():
     soft = {"m1": 196.8, "k1": 51223.1, "c1": 843.3, "m2": 53.39, "k2": 1274.4, "c2": 649.0}
     parts = parts_of(**soft, P=2858.5, K=7970.98)
     start = 0.0, 8.7324, 0.13344, -0.62335
-    noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
-    watch, wave = NOTHING._replace(impacts=noted), (np.cos(1.7384), np.sin(1.7384))
+    wave = np.cos(1.7384), np.sin(1.7384)
     depths = [
-        contact(side_of(parts, steps=steps, rate=32.6), watch, wave, start, 1.0)[6]
+        follow_contact(side_of(parts, steps=steps, rate=32.6), wave, start, 1.0)[6]
         for steps in [Steps(300.0, np.inf)] + [Steps(n, 1e-4) for n in np.linspace(4.2, 5.4, 25)]
     ]
     assert depths == pytest.approx([depths[0]] * 26, rel=2.5e-7)

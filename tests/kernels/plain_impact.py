@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support import NOTHING, Approach, contact_parts, references, side_of
+from support import NOTHING, Approach, contact_parts, follow_contact, references, side_of
 from test_impact_variations import Impact
 from test_impact_variations import random_impacts as varied_impacts
 
@@ -19,7 +19,7 @@ from nlds_vines.kernels.motion.response_sums import BEGIN, CV, CX, MOST, SIZE, S
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import Moment, later
 from nlds_vines.kernels.scene.scene import accelerations, with_load
-from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, LIMIT, Impacts, energies
+from nlds_vines.kernels.watch.observe import LIMIT, energies
 from nlds_vines.kernels.watch.touch import may_pass
 from nlds_vines.orbits.solver_settings import Settings
 
@@ -539,10 +539,8 @@ def drawn_under(kind, count, seed=1):
 def test_it_errs_by_less_than_the_tolerance(kind):
     """Speed, duration and depth. Notices: third derivatives without a say in how many nodes."""
     for parts, moment, touch in drawn_under(kind, 25):
-        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
-        watch = NOTHING._replace(impacts=noted)
-        event, _, s, x1, v1, took, depth = contact(
-            side_of(parts, steps=SMALL_STEPS), watch, moment, touch, 1e3
+        event, _, s, x1, v1, took, depth = follow_contact(
+            side_of(parts, steps=SMALL_STEPS), moment, touch
         )
         assert event == RELEASED
         for tolerance in TOLERANCES:

@@ -18,6 +18,7 @@ from support import (
     NOTHING,
     contact_parts,
     fitted_order,
+    follow_contact,
     kernel_cell,
     references,
     side_of,
@@ -26,7 +27,7 @@ from support import (
 from twin import follow, model_of
 
 from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.events.contact import Steps, contact, to_end
+from nlds_vines.kernels.events.contact import Steps, to_end
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.laws.hertz import FREE_THETA, LASTING
 from nlds_vines.kernels.motion.flight import rate_of
@@ -38,7 +39,6 @@ from nlds_vines.kernels.scene.law import NEW, OLD
 from nlds_vines.kernels.scene.scene import CellBuffers, Parts, Span, Step, accelerations_at
 from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch import touch as limit
-from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.kernels.watch.response import watch_piece
 from nlds_vines.model.catalog import catalog
 from nlds_vines.orbits.kernel_inputs import WALLS
@@ -77,12 +77,11 @@ class Contact:
 
     def follow(self, steps, begun=0.0, start=None, stop=None):
         """Follow it from a time and a state on; return its `End`, elapsed since its touch."""
-        noted = Impacts(np.zeros((1, IMPACT_COLUMNS)), np.zeros(1, np.int64))
         phase = self.phase + self.parts[0].omega * begun
         wave = float(np.cos(phase)), float(np.sin(phase))
         start, stop = tuple(start or self.start), self.stop if stop is None else stop
-        side, watch = side_of(self.parts, steps=steps), NOTHING._replace(impacts=noted)
-        event, q, s, x1, v1, took, depth = contact(side, watch, wave, start, stop - begun)
+        side = side_of(self.parts, steps=steps)
+        event, q, s, x1, v1, took, depth = follow_contact(side, wave, start, stop - begun)
         return End(event, q, s, x1, v1, begun + took, depth)
 
     def error(self, state, true):

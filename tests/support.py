@@ -214,10 +214,16 @@ def period_map(flow, y, periods=1):
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
-def differences(flow, y, changes):
-    """Return the change of the state a period later by each change of y, by central differences."""
-    columns = [(period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / 2 for e in changes]
-    return np.array(columns).T
+def differences(flow, y, changes, periods=1):
+    """Return the change of the state some periods later by each change of y, centrally."""
+    pairs = ([period_map(flow, y + sign * e, periods)[0] for sign in (1, -1)] for e in changes)
+    return np.array([(ahead - behind) / 2 for ahead, behind in pairs]).T
+
+
+def kernel_state(system, state):
+    """Return (x1, v1, r, s), as kernels have it, of a state (x1, v1, x2, v2)."""
+    x1, v1, x2, v2 = state
+    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
 
 
 def linear_flow(p):

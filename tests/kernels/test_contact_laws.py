@@ -7,7 +7,7 @@ import pytest
 from contact_laws import LAWS, STEEP
 from flights import flow_on
 from random_laws import model_of
-from support import BOTH, period_map
+from support import BOTH, kernel_state, period_map
 from twin_of_laws import Law, Model, Wall, follow
 
 from nlds_vines import classify, load_system, simulate
@@ -146,9 +146,8 @@ def test_what_contacts_take_of_volumes_is_known(name):
     p, run = system.parameters, simulate(system, 400, record=BOTH)
     mu = 1.0 / (1.0 / p["m1"] + 1.0 / p["m2"])
     free = -system.period * (p["c1"] / p["m1"] + p["c2"] / mu)
-    x1, v1, x2, v2 = run.state
     flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
-    y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
+    y = kernel_state(system, run.state)
     shrunk = variations.shrunk_in_contacts(flow, y, 1)
     if name == "damped":
         last = run.impacts[-2]

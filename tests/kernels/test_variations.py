@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flights import flow_on
 from scipy.linalg import expm
-from support import linear_flow, references, system_of
+from support import differences, kernel_state, linear_flow, period_map, references, system_of
 
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
@@ -33,44 +33,14 @@ SCALES = np.array([0.05, 0.3, 0.05, 0.3])  # of x1, v1, r, s [m, m/s]: what is s
 both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
 
 
-def advance(flow, tangent, state):
-    """Advance a state and its variations by a period; return the status."""
-    return variations.advance_flow(flow, variations.no_section(flow.space), 1, tangent, state)
-
-
-def followed(flow, y, periods):
-    """Return the state (4,) some periods after y, the derivative by y, and the impacts by wall."""
-    state, tangent, counts = variations.new_state(), np.zeros(16), np.zeros(2, int)
-    variations.place_state(flow, np.asarray(y, float), state)
-    variations.set_identity(tangent)
-    for _ in range(periods):
-        assert advance(flow, tangent, state) == OK
-        counts += flow.by_period[0]
-    return state, tangent.reshape(4, 4).T.copy(), counts
-
-
-def quotient(flow, y, periods, step):
-    """Return the central difference quotient of the flow, in units of `SCALES`."""
-    columns = []
-    for i in range(4):
-        e = np.zeros(4)
-        e[i] = step * SCALES[i]
-        ahead, behind = followed(flow, y + e, periods)[0], followed(flow, y - e, periods)[0]
-        columns.append((ahead[:4] - behind[:4]) / (2 * step * SCALES))
-    return np.array(columns).T
-
-
 def derivative(flow, y, periods):
     """Return the extrapolated derivative in units of `SCALES`, and how much that moved it."""
-    coarse, fine = (quotient(flow, y, periods, step) for step in (4e-6, 2e-6))
+    coarse, fine = (
+        differences(flow, y, step * np.diag(SCALES), periods) / step / SCALES[:, np.newaxis]
+        for step in (4e-6, 2e-6)
+    )
     slope = fine + (fine - coarse) / (2**2.5 - 1)
     return slope, np.abs(slope - fine).max()
-
-
-def after(system, periods):
-    """Return the state (x1, v1, r, s) some periods after rest."""
-    x1, v1, x2, v2 = simulate(system, periods).state
-    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
 
 
 PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 100.0}
@@ -92,10 +62,13 @@ CASES = {
 def test_monodromy_is_the_derivative_of_the_flow_and_its_determinant_known(case, method):
     """The divergence of the flow is constant, contacts or not."""
     system, before, periods, expected = CASES[case]
-    y, flow = after(system, before), flow_on(system, method, FINE[method])
-    _, matrix, counts = followed(flow, y, periods)
-    if expected is not None:
-        assert tuple(counts) == expected
+    flow, counts = flow_on(system, method, FINE[method]), np.zeros(2, int)
+    at = y = kernel_state(system, simulate(system, before).state)
+    for _ in range(periods):
+        at = period_map(flow, at)[0]
+        counts += flow.by_period[0]
+    assert expected in (None, tuple(counts))
+    matrix = period_map(flow, y, periods)[1]
     volume = np.exp(divergence(system) * periods * system.period)
     assert np.linalg.det(matrix) == pytest.approx(volume, rel=1e-8)
     matrix = matrix * SCALES / SCALES[:, np.newaxis]
@@ -152,7 +125,7 @@ def test_multipliers_of_a_linear_scene(changes, method):
     flow = linear_flow(system.parameters)[:4, :4]
     to_kernel = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, -1, 0], [0, 1, 0, -1.0]])
     expected = to_kernel @ expm(flow * system.period) @ np.linalg.inv(to_kernel)
-    matrix = followed(flow_on(system, method), np.zeros(4), 1)[1]
+    matrix = period_map(flow_on(system, method), np.zeros(4))[1]
     np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-12)
     multipliers = np.exp(np.linalg.eigvals(flow) * system.period)
     largest = np.abs(multipliers).max()
@@ -166,7 +139,7 @@ def test_multipliers_of_the_structure_alone():
     p = system.parameters
     flow = np.array([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]])
     kernel = flow_on(system)
-    tangent = followed(kernel, np.zeros(4), 1)[1].T.ravel().copy()
+    tangent = period_map(kernel, np.zeros(4))[1].T.ravel().copy()
     matrix = variations.matrix_of(tangent, kernel.space.size)
     np.testing.assert_allclose(matrix, expm(flow * system.period), rtol=0, atol=1e-13)
 
@@ -276,10 +249,11 @@ def test_elimination(size):
 def test_a_wrong_monodromy_is_seen():
     """The comparison with the flow tells a stepped contact's stiffness off by one per cent."""
     system, before, periods, _ = CASES["a soft wall"]
-    y, flow = after(system, before), flow_on(system, "exact", FINE["exact"])
-    matrix = followed(flow, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    flow = flow_on(system, "exact", FINE["exact"])
+    y = kernel_state(system, simulate(system, before).state)
+    matrix = period_map(flow, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
     wall = flow.prepared.near
     harder = flow.prepared._replace(near=wall._replace(K=1.01 * wall.K))
     stiffer = flow._replace(prepared=harder)
-    other = followed(stiffer, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    other = period_map(stiffer, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
     assert np.abs(other - matrix).max() > 1e-4 * np.abs(matrix).max()

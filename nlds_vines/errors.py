@@ -92,10 +92,9 @@ def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
 
 
 def _nearest(text: str, names: Sequence[str]) -> str:
-    """Return the name that was probably meant; "" if none is near.
+    """Return the name that was probably meant, which begins with the text or resembles it, or "".
 
-    It begins with the text or resembles it.  Symbols of one to three letters resemble those of the
-    same length with the same first letter: f2 may be f1, and is not f.
+    Symbols of up to three letters resemble those of the same length with the same first letter.
     """
     word = text.lstrip("-")
     longer = [name for name in names if len(word) > 1 and name.lstrip("-").startswith(word)]

@@ -557,15 +557,14 @@ class Unnamed:
 
     def __init__(self, stem: str, memory: Memory | None = None) -> None:
         folder = Path(tempfile.gettempdir(), f"nlds_vines-{secrets.token_hex(8)}")
-        self.path, self.memory, self._is_saved = folder / f"{stem}.h5", memory, False
+        self.path, self.memory = folder / f"{stem}.h5", memory
 
     def file(self) -> str:
         """Return the path of the file, which is removed with the last reference to this object."""
-        if self.memory is not None and not self._is_saved:
+        if self.memory is not None and not self.path.exists():
             self.path.parent.mkdir(mode=0o700)
             weakref.finalize(self, shutil.rmtree, self.path.parent, ignore_errors=True)
             self.memory.save(self.path)
-            self._is_saved = True
         return str(self.path)
 
 
@@ -590,10 +589,10 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         cls, to: str | os.PathLike[str] | None, stem: str, *options: bool
     ) -> ArchivePath:
         """Return the path `to`, or one in memory; `options`, resume and overwrite, need `to`."""
-        if to is not None and not isinstance(to, str | os.PathLike):
-            raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
-        if to is not None:
+        if isinstance(to, str | os.PathLike):
             return cls.of(to)
+        if to is not None:
+            raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
         if any(options):
             raise RequestError("resume and overwrite belong to an archive: name it by to=")
         return cls._in_memory(stem)

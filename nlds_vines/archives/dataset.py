@@ -18,12 +18,10 @@ class Dataset:
     """One dataset of an archive.
 
     Attributes:
-        name: in the archive.
         dims: the names of its dimensions: the varied parameters, then `start`, then the dimensions
             of a single orbit (`forcing_period`, `component`).
         dtype: the name of a NumPy type, or "str" for UTF-8 strings.
         units: SI, in the notation of CF; "1" for a number without a unit.
-        long_name: its meaning in words.
         fill: the value of cells that were not computed.
         flags: the codes of an enumeration by word, as in CF; None for any other dataset.
     """

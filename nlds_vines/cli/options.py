@@ -111,10 +111,8 @@ def add_settings(
 class Option:
     """An option for a table of a request file whose keys are names, or for a whole key of it.
 
-    Arguments:
-        flag, form, words: as --help lists it.
-        read: returns the document of a request file that its text means, of all its texts if it
-            may be `repeated`.  None: the option is for the job, which has a field of its name.
+    `read` returns the document of a request file that its text means, of all its texts if it may be
+    `repeated`; without it, the option is for the job, which has a field of its name.
     """
 
     flag: str

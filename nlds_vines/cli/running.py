@@ -115,8 +115,7 @@ def request_path(source: object) -> Path | None:
 def check_writable(what: str, path: Path, *, archive: bool = False) -> None:
     """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
 
-    Of a symbolic link, what it points to must be writable as well.  Nothing but an `archive`
-    replaces an archive, or takes an archive's name.
+    So must be what a symbolic link points to.  Only an `archive` has its name or replaces one.
     """
     refuse_bytes(what, str(path))
     named = f"{what} {shown(str(path))}"

@@ -112,11 +112,10 @@ def live_orbit(
 
 
 def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
-    """Return a history of an orbit, one of `HISTORIES`.
+    """Return one of `HISTORIES`: t [forcing periods], x1, x2, u = x2 - x1 [m], forces [N].
 
-    Returns t [forcing periods], x1, x2, u = x2 - x1 [m], contact force and harmonic force
-    [N], all of one length.  Samples end integration steps, so a chaotic orbit from the start soon
-    differs from the one in the settled periods.
+    Samples end integration steps, so a chaotic orbit from the start soon differs from the one in
+    the settled periods.
     """
     from nlds_vines.portrait.run import followed
 
@@ -158,9 +157,8 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
 def panels_without_time(view: View) -> dict[str, Arrays]:
     """Return the arrays of phase planes, section, touches and spectrum by name.
 
-    A phase plane holds one cycle of a periodic orbit, or all periods of any other, but at most the
-    last `MOST_PHASE_PERIODS` periods.  The section at impact holds phases [rad] and a column of
-    speeds [m/s] for each wall.  Arrays of a damper are empty if there is none.
+    A phase plane holds one cycle of a periodic orbit, or the periods of any other, of both at most
+    `MOST_PHASE_PERIODS`.  The section at impact has phases [rad] and for each wall speeds [m/s].
     """
     states = view.states[-min(view.cycle, MOST_PHASE_PERIODS) * view.samples :]
     states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])

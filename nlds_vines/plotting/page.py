@@ -304,11 +304,8 @@ class _Scaled(ticker.Locator):
 def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: bool = True) -> None:
     """Let the frequency axes of an archive's figure count in a unit of `UNITS`.
 
-    None means Hz if the request states the frequency as f [Hz], and rad/s otherwise.  A ratio needs
-    m1 and k1 of the archive, or m and k of an oscillator, the same everywhere in it.
-
-    Raises `RequestError` for a ratio without one frequency of the structure and, if `strict`, for a
-    unit of a figure without such an axis.
+    None is the unit of the request.  Raises `RequestError` for a ratio unless the archive has one
+    frequency of the structure and, if `strict`, for a unit of a figure without such an axis.
     """
     strict = strict and unit is not None
     unit = frequency_unit(unit, parse_toml(view.text("scan"), "the attribute scan"))

@@ -69,10 +69,9 @@ BOUNDARIES: Mapping[str, dict[str, Any]] = {
 
 # states beyond which a curve is an image in vector formats, too, and thinner in all
 MOST_VECTOR, MOST_THICK = 40_000, 8_000
+# the longest period n of an orbit whose moving boundaries are plain lines; others are thin lines
+# below the orbit, as the curves would hide each other
 LONGEST_PLAIN = 6
-"""The longest period n of an orbit whose moving boundaries are plain lines.
-
-With longer periods they are thin lines below the orbit, as the curves would hide each other."""
 
 MOST_PHASE_PERIODS = 160  # of a phase trajectory; more of a chaotic one blacken the plane
 
@@ -142,10 +141,9 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_COLUMNS) -> Figure:
     """Return the page of a request, drawn from the views of its columns.
 
-    Time histories begin with the window and are at most `request.show` periods long.  Phase planes
-    show one cycle of a periodic orbit, or all periods of any other, but at most the last
-    `MOST_PHASE_PERIODS` periods.  The panels of a row share their ordinates, phase planes of one
-    kind both axes.  On a page for one column of a paper, all panels stand below one another.
+    Time histories show the first `request.show` periods of the window at most, phase planes one
+    cycle, or the periods of an orbit without one, and the last `MOST_PHASE_PERIODS` at most.  The
+    panels of a row share their ordinates, phase planes of one kind both axes.
     """
     figure, grid, rows = make_page(request.panels, views, page)
     for row in rows:
@@ -200,9 +198,8 @@ def rows_of(
 ) -> list[list[tuple[str, View]]]:
     """Return the rows of a page: one kind of panel for all columns.
 
-    Of several columns, panels that only one of them fills stand side by side, as many as there are
-    columns.  With a single column, two consecutive planes share a row.  Unless panels may stand
-    `beside` each other, each has its own row, column after column.
+    Of several columns, panels that only one of them fills stand side by side; of a single one, two
+    consecutive planes share a row.  Unless panels may stand `beside` each other, each has its own.
     """
     if not beside:
         return [[(panel, v)] for v in views for panel in panels if v.column.fills(panel)]

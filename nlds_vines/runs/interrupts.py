@@ -70,10 +70,6 @@ class Stop:
 
     asked, deadline, status = False, math.inf, INTERRUPTED
 
-    def check(self) -> None:
-        if self.asked:
-            raise Stopped
-
     def handle(self, number: int, frame: FrameType | None) -> None:
         """Take a signal; the second one raises `KeyboardInterrupt` at once."""
         self.status = INTERRUPTED if number == signal.SIGINT else TERMINATED
@@ -91,9 +87,7 @@ _taking: list[Stop] = []
 
 def check() -> None:
     """Raise `Stopped` if a signal has asked to stop, or if this thread has been abandoned."""
-    for stop in _taking:
-        stop.check()
-    if abandoned()():
+    if any(stop.asked for stop in _taking) or abandoned()():
         raise Stopped
 
 

@@ -265,10 +265,10 @@ def test_what_is_under_way_is_abandoned_after_its_time(soon, number, work, capfd
 
 def test_what_is_put_away_after_a_stop_is_not_stopped_again(soon, capfd):
     asked(0.1, signal.SIGINT)
-    with stop_on_signals() as stop:
+    with stop_on_signals():
         time.sleep(0.2)
         with pytest.raises(Stopped):
-            stop.check()
+            interrupts.check()
         time.sleep(0.5)
 
 
@@ -294,10 +294,10 @@ def test_what_ends_in_time_is_not_lost_and_notice_by_sigusr1_lets_it_end(
     soon, number, seconds, capfd
 ):
     asked(0.1, number)
-    with stop_on_signals() as stop:
+    with stop_on_signals():
         assert sleeping(seconds) == seconds
         with pytest.raises(Stopped):
-            stop.check()
+            interrupts.check()
     assert ("finished first" in capfd.readouterr().err) == (number == signal.SIGUSR1)
 
 

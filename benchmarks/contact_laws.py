@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -46,20 +45,14 @@ STIFFER = (1e7, 1e9, 1e11, 1e13, 1e15)
 EXPONENTS = (1.5, 1.2, 1.1, 1.01, 1.001, 1.0)
 
 
-@dataclass(frozen=True)
-class Behavior:
-    """What a damper does under a law, once it has settled."""
-
-    label: str
-    E1max: float
-    E2max: float
-    gain: float  # of E2 in an impact [J]
-    lost: float  # by contacts, of both energies together, in a period [J]
-    lasting: float  # of the longest contact [s]
-    force: float  # the greatest of a contact [N]
+HEADS = (
+    "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
+    "longest contact", "greatest force", "cost",
+)  # fmt: skip
 
 
-def behavior(system: System) -> Behavior:
+def behavior(system: System) -> tuple[str, ...]:
+    """Return the columns of `HEADS` from the regime to the greatest force, once settled."""
     regime = classify(system)
     run = simulate(
         system, regime.period or 60, start=tuple(simulate(system, SETTLED).state),
@@ -69,10 +62,12 @@ def behavior(system: System) -> Behavior:
     assert run.E1max is not None
     assert run.E2max is not None
     whole = run.impacts[~np.isnan(run.impacts["release"])]
-    return Behavior(
-        regime.label, run.E1max, run.E2max, float(np.mean(whole["gain2"])),
-        float(-np.sum(whole["gain1"] + whole["gain2"]) / (regime.period or 60)),
-        float(np.max(whole["release"] - whole["touch"])), float(np.max(whole["force"])),
+    lost = -np.sum(whole["gain1"] + whole["gain2"]) / (regime.period or 60)
+    lasting, force = np.max(whole["release"] - whole["touch"]), np.max(whole["force"])
+    return (
+        regime.label, f"{run.E1max:.1f} J", f"{run.E2max:.1f} J",
+        f"{np.mean(whole['gain2']):.2f} J", f"{lost:.2f} J", f"{1e3 * lasting:.1f} ms",
+        "no bound" if np.isinf(force) else f"{force:.0f} N",
     )  # fmt: skip
 
 
@@ -93,17 +88,8 @@ def page() -> Iterator[str]:
     rows = []
     for name, change in CHANGES.items():
         system = HERTZ.with_(**change)
-        b = behavior(system)
-        force = "no bound" if np.isinf(b.force) else f"{b.force:.0f} N"
-        rows.append((
-            name, b.label, f"{b.E1max:.1f} J", f"{b.E2max:.1f} J", f"{b.gain:.2f} J",
-            f"{b.lost:.2f} J", f"{1e3 * b.lasting:.1f} ms", force, f"{cost(system, HERTZ):.2f}",
-        ))  # fmt: skip
-    heads = (
-        "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
-        "longest contact", "greatest force", "cost",
-    )  # fmt: skip
-    yield from table(heads, rows, right=range(2, len(heads)))
+        rows.append((name, *behavior(system), f"{cost(system, HERTZ):.2f}"))
+    yield from table(HEADS, rows, right=range(2, len(HEADS)))
     yield from LIMITS.splitlines()
     rigid = HERTZ.with_(law="restitution", e=1.0)
     far = [apart(HERTZ.with_(K=K), rigid) for K in STIFFER]

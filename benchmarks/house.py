@@ -134,10 +134,8 @@ def bound_name(node: ast.AST) -> str | None:
     """Return the name that a node gives to a value: a variable, a parameter or an attribute."""
     if isinstance(node, ast.arg):
         return node.arg
-    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-        return node.id
-    if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-        return node.attr
+    if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+        return node.id if isinstance(node, ast.Name) else node.attr
     return None
 
 
@@ -178,9 +176,10 @@ def report(root: Path) -> Iterator[str]:
     """Yield the lines of both tables: sources, and all counts beside their targets."""
     sources = areas(root)
     yield " " * 28 + "".join(f"{area:>15}" for area in (*sources, *OTHERS))
-    for what in ("files", "lines", "statements", "functions", "docstrings", "lines of docstrings"):
-        yield f"{what:28}" + "".join(f"{counts[what]:15,}" for counts in sources.values())
-    for what in ("'Return what'", "'Tell'", "names to avoid"):
+    for what in (
+        "files", "lines", "statements", "functions", "docstrings", "lines of docstrings",
+        "'Return what'", "'Tell'", "names to avoid",
+    ):  # fmt: skip
         yield f"{what:28}" + "".join(f"{counts[what]:15,}" for counts in sources.values())
     shapes = [*map(shape, sources.values()), *OTHERS.values()]
     for row, what in enumerate(("functions per 1,000 lines", "lines per body", "lines per file")):

@@ -151,32 +151,6 @@ def click_times(page: Any, clicks: int) -> list[float]:
     return times[WARM:]
 
 
-def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> list[str]:
-    with Served(str(archive)) as served, opened_browser() as browser:
-        page = new_page(browser)
-        opened = time.perf_counter()
-        opened_page(page, served.address)
-        usable = time.perf_counter() - opened
-        used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
-        if history:
-            page.evaluate("window.drawn = undefined")
-            page.locator("#orbit select").select_option(label=history)
-            drawn(page)
-        times = sorted(click_times(page, clicks))
-        if picture is not None:
-            page.mouse.move(2, 2)
-            page.wait_for_timeout(300)
-            page.screenshot(path=str(picture))
-    load = os.getloadavg()[0] / (os.cpu_count() or 1)
-    return [
-        f"{archive.name}: {clicks} clicks, load {load:.1f} for each processor",
-        f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it opened: "
-        f"{served.seconds + usable:.2f} s; processor time of the command until then: {used}",
-        f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
-        f"fastest {times[0]:.0f} ms, nine of ten within {times[int(0.9 * len(times))]:.0f} ms",
-    ]
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
@@ -190,7 +164,29 @@ def main() -> int:
             import nlds_vines as nv
 
             archive = nv.scan(to=Path(folder) / "figure8.h5")
-        print(*measure(archive, options.clicks, options.picture, options.history), sep="\n")
+        with Served(str(archive)) as served, opened_browser() as browser:
+            page = new_page(browser)
+            opened = time.perf_counter()
+            opened_page(page, served.address)
+            usable = time.perf_counter() - opened
+            used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
+            if options.history:
+                page.evaluate("window.drawn = undefined")
+                page.locator("#orbit select").select_option(label=options.history)
+                drawn(page)
+            times = sorted(click_times(page, options.clicks))
+            if options.picture is not None:
+                page.mouse.move(2, 2)
+                page.wait_for_timeout(300)
+                page.screenshot(path=str(options.picture))
+    load = os.getloadavg()[0] / (os.cpu_count() or 1)
+    print(f"{archive.name}: {options.clicks} clicks, load {load:.1f} for each processor")
+    print(f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it "
+          f"opened: {served.seconds + usable:.2f} s; processor time of the command until then: "
+          f"{used}")  # fmt: skip
+    nine = times[int(0.9 * len(times))]
+    print(f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
+          f"fastest {times[0]:.0f} ms, nine of ten within {nine:.0f} ms")  # fmt: skip
     return 0
 
 

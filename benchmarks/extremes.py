@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -263,19 +263,15 @@ EXTREMES = (
 )
 
 
-def report() -> Iterator[str]:
-    rows = []
+def main() -> int:
+    """Measure, print, and write the table into a page if asked to; 1 if a bound is exceeded."""
+    page, rows = parser_of(__doc__).parse_args().page, []
     for name, measure, bound in EXTREMES:
         value, text = measure(), (measure.__doc__ or "").strip().rstrip(".")
         rows.append((name, text, f"{value:.2g}", f"{bound:g}", "" if value <= bound else "broken"))
-    yield from table(("", "compared", "value", "bound", ""), rows, right=(2, 3))
-
-
-def main() -> int:
-    """Measure, print, and write the table into a page if asked to; 1 if a bound is exceeded."""
-    options, lines = parser_of(__doc__).parse_args(), list(report())
-    publish("python -m benchmarks.extremes", lines, options.page)
-    return int(any(line.endswith("| broken |") for line in lines))
+    lines = table(("", "compared", "value", "bound", ""), rows, right=(2, 3))
+    publish("python -m benchmarks.extremes", lines, page)
+    return int(any(row[-1] for row in rows))
 
 
 if __name__ == "__main__":

@@ -78,12 +78,6 @@ def test_a_solver_that_fails_has_an_infinite_error(cases):
 # ---- extremes: within their bounds, which a fault exceeds ----------------------------------------
 
 
-@pytest.mark.kernels
-@pytest.mark.parametrize("extreme", EXTREMES, ids=lambda extreme: extreme.name)
-def test_an_extreme_stays_within_its_bound(extreme):
-    assert extreme.measure() <= extreme.bound
-
-
 real_load, real_system = extremes.load_system, extremes.System
 linear, split, steady = extremes.linear_sections, extremes.scipy_orbit, extremes.steady_state
 FAULTS = {
@@ -102,7 +96,8 @@ FAULTS = {
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda extreme: extreme.name)
-def test_a_fault_exceeds_the_bound(extreme, monkeypatch):
+def test_an_extreme_stays_within_its_bound_and_a_fault_exceeds_it(extreme, monkeypatch):
+    assert extreme.measure() <= extreme.bound
     monkeypatch.setattr(extremes, *FAULTS[extreme.name])
     assert not extreme.measure() <= extreme.bound
 
@@ -271,9 +266,10 @@ def test_pieces_are_the_whole(checkout, capsys):
 
 
 @pytest.mark.parametrize(
-    "wrong", [["none.py", "tests"], ["nlds_vines", "none"], ["--piece", "3/2"]]
+    "words",
+    [["none.py", "tests"], ["nlds_vines", "none"], [*CIRCLE, "--piece", "3/2"]],
 )
-def test_a_wrong_request_is_refused(checkout, wrong, capsys):
+def test_a_wrong_request_is_refused(checkout, words, capsys):
     with pytest.raises(SystemExit, match="2"):
-        mutants.main(wrong if len(wrong) > 1 and wrong[0][0] != "-" else [*CIRCLE, *wrong])
+        mutants.main(words)
     assert "error:" in capsys.readouterr().err

@@ -210,14 +210,11 @@ def archive(tmp_path_factory):
 def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
     with nv.read(archive(name)) as view:
         assert any("chaos" in label for label in view["label"].ravel())
-        for i, omega in enumerate(view["omega"]):
-            for j, K in enumerate(view["K"]):
-                for k, start in enumerate(view["start"]):
-                    orbit = nv.orbit_of(view, omega=omega, K=K, start=start)
-                    section = view.take("section", omega=i, K=j, start=k)
-                    assert np.array_equal(orbit.section, section)
-                    assert orbit.system.parameters["omega"] == omega
-                    assert orbit.system.K == K
+        for i, j, k in np.ndindex(view["label"].shape):
+            omega, K, start = view["omega"][i], view["K"][j], view["start"][k]
+            orbit = nv.orbit_of(view, omega=omega, K=K, start=start)
+            assert np.array_equal(orbit.section, view.take("section", omega=i, K=j, start=k))
+            assert (orbit.system.parameters["omega"], orbit.system.K) == (omega, K)
 
 
 def test_the_states_that_were_drawn_are_stored(archive):
@@ -248,11 +245,9 @@ def test_the_orbit_of_a_portrait_or_of_the_nearest_cell_is_that_of_the_scan(arch
     assert near.system.parameters["omega"] == 7.5
     assert near.system.K == 2.5e7
     # other records change no bit
-    one = nv.orbit_of(archive("random"), omega=7.575, K=2.5e7, start=1)
-    recorded = nv.orbit_of(
-        archive("random"), omega=7.575, K=2.5e7, start=1, record=["section", "energy", "impacts"]
-    )
-    assert np.array_equal(one.section, recorded.section)
+    at, record = {"omega": 7.575, "K": 2.5e7, "start": 1}, ["section", "energy", "impacts"]
+    recorded = nv.orbit_of(archive("random"), **at, record=record)
+    assert np.array_equal(orbit.section, recorded.section)
     assert recorded.E1max > 0
 
 

@@ -8,7 +8,6 @@ import nlds_vines as nv
 from nlds_vines import load_scan, read
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.bifurcation.run import Computer
 from nlds_vines.model.axis import samples_of
 
 SAMPLING = {"transient": 8, "periods": 6, "effort": "quick"}
@@ -30,18 +29,6 @@ def written(path, text):
     return path
 
 
-def test_each_sample_is_the_scan_of_its_own_parameters():
-    scan = scan_of()
-    assert scan.shape == (4,)
-    (block,) = blocks_of(scan)
-    results = Computer(scan).block(block)
-    for i, (start, *row) in enumerate(zip(COLUMNS["x1_0"], *VARIED.values(), strict=True)):
-        system = nv.load_system("ssul-set6", **dict(zip(VARIED, row, strict=True)))
-        state = start, 0.0, system.rest, 0.0
-        orbit = nv.simulate(system, 6, transient=8, start=state, quiet=True)
-        assert np.array_equal(orbit.section, results["section"][i, 0])
-
-
 def test_the_archive_has_the_table_gives_back_each_orbit_and_does_not_depend_on_blocks(
     tmp_path, monkeypatch
 ):
@@ -60,6 +47,12 @@ def test_the_archive_has_the_table_gives_back_each_orbit_and_does_not_depend_on_
         head = (tmp_path / "draws.csv").read_text().partition("\n")[0]
         assert head.startswith(f"sample,start,{','.join(sorted(COLUMNS))},")
         sections, energies = view["section"], view["E1max"]
+    # each sample is the orbit of its own parameters
+    for i, (start, *row) in enumerate(zip(COLUMNS["x1_0"], *VARIED.values(), strict=True)):
+        system = nv.load_system("ssul-set6", **dict(zip(VARIED, row, strict=True)))
+        state = start, 0.0, system.rest, 0.0
+        orbit = nv.simulate(system, 6, transient=8, start=state, quiet=True)
+        assert np.array_equal(orbit.section, sections[i, 0])
     orbit = nv.orbit_of(scan, sample=3, quiet=True)
     assert np.array_equal(orbit.section, sections[2, 0])
     assert orbit.system.ratios["f"] == pytest.approx(0.95)

@@ -187,11 +187,7 @@ def follow(
 
 
 def _append(
-    section_map: SectionMap,
-    arm: Arm,
-    b: Point,
-    bounds: Bounds,
-    followed: Callable[[Point], bool],
+    section_map: SectionMap, arm: Arm, b: Point, bounds: Bounds, followed: Callable[[Point], bool]
 ) -> None:
     """Append a point and the special points before it; set the reason if the branch ends there."""
     a, shorter = arm.points[-1], None
@@ -280,7 +276,7 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
     """End a branch where rigid bodies are about to graze, at the extrapolated grazing orbit.
 
     The derivatives of the map grow as 1 / v with the softest approach speed v, but the branch is a
-    smooth function of v, or of the clearance: of a polynomial in it, the value at 0 is taken.
+    smooth function of v, or of the clearance: a polynomial in it is extrapolated to 0.
     """
     if not shoots_from_flights(section_map.scene):
         return

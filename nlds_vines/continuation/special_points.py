@@ -59,7 +59,7 @@ class Special:
 
 
 def torus_pair(cycle: Cycle) -> tuple[complex, complex]:
-    """Return the pair of multipliers with the product nearest to one; it is real at no torus."""
+    """Return the pair of multipliers with the product nearest to one; at a torus it is complex."""
     mu = cycle.multipliers.tolist()
     pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
     _, i, j = min(pairs)

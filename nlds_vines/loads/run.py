@@ -103,35 +103,33 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
     count = math.prod(request.shape)
     pieces = []
     for which, numbers in groupby(cases, lambda case: case // count):
-        system, places = request.systems[which], [number % count for number in numbers]
+        places = [number % count for number in numbers]
         values = request.values_at(np.unravel_index(places, request.shape)) if request.vary else {}
-        grid = {name: column for name, column in values.items() if has(system, name)}
-        of_load = {name: column.tolist() for name, column in values.items() if is_of_load(name)}
-        each, loads = [], dict[tuple[float, ...], Loading]()
-        for lane in range(len(places)):
-            changes = {name: column[lane] for name, column in of_load.items()}
-            impulse, key = changes.pop("impulse", request.load.impulse), tuple(changes.values())
-            if key not in loads:
-                loads[key] = request.load.with_({"impulse": 0.0, **changes})
-            each.append((loads[key], impulse * loads[key].scale))
-        pieces.append(_fly(request, system, grid, each, not request.vary, tell))
+        pieces.append(numbers_of(request, request.systems[which], values, tell))
     return _joined(pieces)
 
 
 def numbers_of(
-    request: HistoryRequest,
-    system: System,
-    grid: Mapping[str, np.ndarray],
-    each: Sequence[Loading],
-    tell: Tell | None = None,
+    request: HistoryRequest, system: System, values: Mapping[str, np.ndarray], tell: Tell | None
 ) -> Arrays:
-    """Return the quantities (n,) of a system under the load of `each` orbit, by name.
+    """Return the quantities (n,) of a system under the load by name, and histories without axes.
 
-    Beside those of `OF_LOADS` there are `status` and the `violations` of the scene's limit.
+    The `values` (n,) are parameters, those that the system lacks left out; numbers of the load; and
+    `draw`, by which the seeds of its noise advance.  Beside the quantities of `OF_LOADS` there are
+    `status` and the `violations` of the scene's limit.
     """
-    rest = {id(load): load.with_({"impulse": 0.0}) if load.impulse else load for load in each}
-    pairs = [(rest[id(load)], load.impulse * load.scale) for load in each]
-    return _fly(request, system, grid, pairs, False, tell)
+    grid = {name: column for name, column in values.items() if has(system, name)}
+    of_load = {name: v.tolist() for name, v in values.items() if is_of_load(name) or name == "draw"}
+    each, loads = [], dict[tuple[float, ...], Loading]()
+    for lane in range(max((len(column) for column in values.values()), default=1)):
+        changes = {name: column[lane] for name, column in of_load.items()}
+        impulse, key = changes.pop("impulse", request.load.impulse), tuple(changes.values())
+        if key not in loads:
+            draw = changes.pop("draw", 0)
+            load = request.load.redrawn(draw) if draw else request.load
+            loads[key] = load.with_({"impulse": 0.0, **changes})
+        each.append((loads[key], impulse * loads[key].scale))
+    return _fly(request, system, grid, each, not values, tell)
 
 
 def _joined(pieces: Sequence[Arrays]) -> Arrays:

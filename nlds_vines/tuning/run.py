@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from functools import cache
 from math import ceil
 from pathlib import Path
 
@@ -15,9 +14,7 @@ import numpy as np
 
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.request import is_of_load
 from nlds_vines.loads.run import numbers_of
-from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
 from nlds_vines.orbits.batch import Batch, Outcome
 from nlds_vines.orbits.starts import random_states
@@ -334,21 +331,10 @@ def outcome_under(
 
     A design whose objective is NaN, as a last time that has not come, is inadmissible.
     """
-    history, shape = tuning.history, grid["draw"].shape
-    assert history is not None
+    assert tuning.history is not None
     orbits = {name: values.ravel() for name, values in grid.items()}
-    draws = orbits.pop("draw").tolist()
-    of_load = {name: orbits.pop(name).tolist() for name in [*orbits] if is_of_load(name)}
-
-    @cache  # the orbits of one load share its cells
-    def load_of(draw: int, *values: float) -> Loading:
-        return history.load.redrawn(draw).with_(dict(zip(of_load, values, strict=True)))
-
-    each = [
-        load_of(draw, *(values[i] for values in of_load.values())) for i, draw in enumerate(draws)
-    ]
-    flat = numbers_of(history, tuning.system, orbits, each, tell)
-    numbers = {name: values.reshape(shape) for name, values in flat.items()}
+    flat = numbers_of(tuning.history, tuning.system, orbits, tell)
+    numbers = {name: values.reshape(grid["draw"].shape) for name, values in flat.items()}
     value = numbers[tuning.search.objective]
     impacts = numbers["impact_count"] if tuning.system.scene.walls else None
     return Outcome(value, numbers["E2max"], numbers["status"], numbers["violations"], impacts)

@@ -303,15 +303,15 @@ def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
 def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
     seen = []
 
-    def numbers_of(history, system, grid, each, tell):
-        for i, load in enumerate(each):
+    def fly(history, system, grid, each, has_histories, tell):
+        for i, (load, _) in enumerate(each):
             drawn = system.with_(**{name: values[i] for name, values in grid.items()})
             seen.append((drawn.parameters, load))
         failed, nothing = np.full(len(each), TOO_STIFF), np.zeros(len(each))
         numbers = {"last_1": nothing, "E2max": nothing}
         return {**numbers, "status": failed, "violations": nothing}
 
-    monkeypatch.setattr("nlds_vines.tuning.run.numbers_of", numbers_of)
+    monkeypatch.setattr("nlds_vines.loads.run._fly", fly)
     noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
     tuning = load_tuning("tmd", {
         "load": noise, "sampling": {"duration": 3.0},

@@ -9,8 +9,7 @@ and limits are among them. `plain_laws.py` tries a few of them each time.
 from collections import Counter
 
 import pytest
-import random_loads
-from random_laws import LOADED, allowed, case_of, errors_of, worst_of
+from random_laws import LOADED, allowed, case_of, errors_of, errors_under_load, worst_of
 
 from nlds_vines.model.scenes import SCENES
 
@@ -37,7 +36,7 @@ def under_a_force(i, piece_of):
 def under_a_load(i, _):
     """Return the errors of a system under a load in time and blows, and their bound."""
     tolerance = TOLERANCES[i % 3]
-    return random_loads.errors_of(i, tolerance), allowed(tolerance)
+    return errors_under_load(i, tolerance), allowed(tolerance)
 
 
 @pytest.mark.long

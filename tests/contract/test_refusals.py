@@ -20,84 +20,66 @@ from nlds_vines.errors import printable
 
 SLOW = 2.0  # s of computing: far less than what is refused would take, and kernels are not loaded
 
-GOOD = """\
+SYSTEM, OMEGA = 'system = "ssul-set6"', "vary.omega = { start = 5.0, stop = 8.0, num = 3 }"
+GOOD = f"""\
 title = "good"
-system = "ssul-set6"
-[vary]
-omega = { start = 5.0, stop = 8.0, num = 3 }
-[sampling]
-transient = 1
-periods = 1
-[record]
-want = ["section"]
+{SYSTEM}
+{OMEGA}
+sampling = {{ transient = 1, periods = 1 }}
+record.want = ["section"]
 """
-NONE = 'kind = "none"\nm1 = 1\nk1 = 1\nc1 = 1\nP = 1\n'
 
 
-def without(line):
-    """The good file without the line that begins like this."""
-    return "\n".join(each for each in GOOD.splitlines() if not each.startswith(line))
+def omega(table):
+    return GOOD.replace(OMEGA, f"vary.omega = {{ {table} }}")
 
 
-def table(name, content):
-    """The good file with one table's content replaced or added."""
-    tables = re.split(r"^(?=\[)", GOOD, flags=re.MULTILINE)
-    others = [each for each in tables if not each.startswith(f"[{name}]")]
-    return "".join(others) + f"[{name}]\n{content}\n"
+def system(table):
+    return GOOD.replace(SYSTEM, f"system = {{ {table} }}")
 
 
-def system(content):
-    return without("system") + f"\n[system]\n{content}\n"
-
-
-def none(lines):
-    return system(f"{NONE}omega = 1\n{lines}")
-
-
-def omega(content):
-    return table("vary", f"omega = {content}")
+def none(more):
+    return system('kind = "none", m1 = 1, k1 = 1, c1 = 1, P = 1' + more)
 
 
 # what is wrong with the file -> what the line must name
 FILES = {
     "unfinished string": ('title = "good\n', ["scan.toml", "line 1", "column"]),
-    "key given twice": (GOOD + 'want = ["energy"]\n', ["scan.toml", "line 10"]),
+    "key given twice": (GOOD + 'record.want = ["energy"]\n', ["scan.toml", "line 6"]),
     "not text": (b"title = '\xff'\n", ["scan.toml", "not UTF-8"]),
     "empty": ("", ["scan.toml", "no system", "ssul-set6"]),
     "unknown key": (GOOD.replace("title", "titel"), ["scan.toml", "'titel'", "'title'"]),
-    "unknown table": (GOOD + "[ploting]\na = 1\n", ["'ploting'", "sampling"]),
+    "unknown table": (GOOD + "ploting.a = 1\n", ["'ploting'", "sampling"]),
     "escape in a title": (GOOD.replace("good", "a\\u001B[31mb"), ["title", "'\\x1b'", "control"]),
-    "null in a name": (none('name = "a\\u0000b"'), ["[system]", "name", "null"]),
-    "no system": (without("system"), ["scan.toml", "no system", "tmd"]),
+    "null in a name": (none(', omega = 1, name = "a\\u0000b"'), ["[system]", "name", "null"]),
+    "no system": (GOOD.replace(SYSTEM, ""), ["scan.toml", "no system", "tmd"]),
     "unknown system": (GOOD.replace("set6", "set7"), ["'ssul-set7'", "'ssul-set6'"]),
     "system without kind": (system("m1 = 1"), ["[system]", "kind is missing", "ssul"]),
-    "missing parameter": (system(NONE), ["[system]", "missing: omega"]),
-    "foreign parameter": (none("k2 = 1\n"), ["'none'", "'k2'"]),
-    "parameter in two places": (none("[system.parameters]\nm1 = 2"), ["m1", "[system.parameters]"]),
-    "unknown parameter": (table("set", "mass = 3"), ["[set]", "'mass'", "m1"]),
-    "negative mass": (table("set", "m1 = -3"), ["[set]", "m1 = -3.0", "> 0"]),
-    "NaN": (table("set", "C = nan"), ["[set]", "C = nan", "finite"]),
-    "K beside a modulus": (table("set", "K = 1e7\nE1 = 1e9"), ["[set]", "K beside E1"]),
-    "A and B zero": (table("set", "A = 0\nB = 0"), ["A + B must be > 0"]),
-    "set and varied": (table("set", "omega = 6"), ["[set]", "omega", "[vary]"]),
-    "nothing varied": (without("omega"), ["scan.toml", "[vary]", "none"]),
-    "unknown axis": (table("vary", "omga = { values = [1] }"), ["[vary]", "'omga'", "'omega'"]),
-    "range without num": (omega("{ start = 1, stop = 2 }"), ["omega", "start, stop", "num"]),
+    "missing parameter": (none(""), ["[system]", "missing: omega"]),
+    "foreign parameter": (none(", omega = 1, k2 = 1"), ["'none'", "'k2'"]),
+    "two places": (none(", omega = 1, parameters.m1 = 2"), ["m1", "[system.parameters]"]),
+    "unknown parameter": (GOOD + "set.mass = 3", ["[set]", "'mass'", "m1"]),
+    "negative mass": (GOOD + "set.m1 = -3", ["[set]", "m1 = -3.0", "> 0"]),
+    "NaN": (GOOD + "set.C = nan", ["[set]", "C = nan", "finite"]),
+    "K beside a modulus": (GOOD + "set = { K = 1e7, E1 = 1e9 }", ["[set]", "K beside E1"]),
+    "A and B zero": (GOOD + "set = { A = 0, B = 0 }", ["A + B must be > 0"]),
+    "set and varied": (GOOD + "set.omega = 6", ["[set]", "omega", "[vary]"]),
+    "nothing varied": (GOOD.replace(OMEGA, ""), ["scan.toml", "[vary]", "none"]),
+    "unknown axis": (GOOD.replace("omega", "omga"), ["[vary]", "'omga'", "'omega'"]),
+    "range without num": (omega("start = 1, stop = 2"), ["omega", "start, stop", "num"]),
     "range and values": (
-        omega("{ start = 1, stop = 2, num = 3, values = [1] }"),
-        ["omega", "values alone"],
+        omega("start = 1, stop = 2, num = 3, values = [1]"), ["omega", "values alone"],
     ),
-    "equal values": (omega("{ values = [5, 6, 5] }"), ["omega", "5.0", "more than once"]),
+    "equal values": (omega("values = [5, 6, 5]"), ["omega", "5.0", "more than once"]),
     "varied out of range": (
-        table("vary", "m2 = { start = -1, stop = 1, num = 3 }"),
-        ["m2 = -1.0", "> 0"],
+        GOOD + "vary.m2 = { start = -1, stop = 1, num = 3 }", ["m2 = -1.0", "> 0"],
     ),
-    "count without random": (table("start", "count = 3"), ["[start]", "'random'", "'rest'"]),
+    "count without random": (GOOD + "start.count = 3", ["[start]", "'random'", "'rest'"]),
     "impacts without walls": (
-        table("record", 'want = ["impacts"]').replace("ssul-set6", "tmd"),
+        GOOD.replace("section", "impacts").replace("ssul-set6", "tmd"),
         ["[record]", "'impacts'", "'tmd'", "energy"],
     ),
-}
+}  # fmt: skip
 
 # what is wrong with options of many commands -> what the line must name, whatever the command
 SHARED = {

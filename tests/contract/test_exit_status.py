@@ -7,14 +7,13 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 from commands import ended, printed, started
 from made_up import make_scan, write
 
 import nlds_vines as nv
-from nlds_vines.__main__ import main as console
 from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import load_scan
@@ -33,12 +32,10 @@ USUAL = {
 @pytest.fixture
 def calls(here, monkeypatch):
     """Stand in for the computing and the pictures; returns what they were asked for."""
-    asked = SimpleNamespace(runs=[], plots=[], failed=0, error=None)
+    asked = SimpleNamespace(runs=[], plots=[], failed=0)
 
     def run(scan, output, how):
         asked.runs.append((scan, output, vars(how)))
-        if asked.error is not None:
-            raise asked.error
         return SimpleNamespace(
             lanes=scan.lanes,
             labels={"T,0": 1, "chaos": 1},
@@ -47,16 +44,10 @@ def calls(here, monkeypatch):
             remarks=lambda: ["a remark"],
         )
 
-    stand_in(monkeypatch, "run", run=run)
     picture = SimpleNamespace(save=lambda *what: asked.plots.append(what))
-    stand_in(monkeypatch, "picture.drawing", PICTURE=picture)
+    monkeypatch.setattr("nlds_vines.bifurcation.run.run", run)
+    monkeypatch.setattr("nlds_vines.bifurcation.picture.drawing.PICTURE", picture)
     return asked
-
-
-def stand_in(monkeypatch, name, **content):
-    fake = ModuleType(f"nlds_vines.bifurcation.{name}")
-    vars(fake).update(content)
-    monkeypatch.setitem(sys.modules, fake.__name__, fake)
 
 
 def test_the_default_is_figure_8_with_its_picture(calls, ask):
@@ -140,10 +131,8 @@ def test_the_function_returns_the_archive(calls):
     assert calls.plots == []
 
 
-@pytest.mark.parametrize("program", [main, lambda arguments: console(["bifurcation", *arguments])])
-def test_help_shows_an_example_that_works(program, calls, capsys):
-    assert program(["--help"]) == 0
-    text = capsys.readouterr().out.replace("\\\n", " ")
+def test_help_shows_an_example_that_works(calls, answer):
+    text = answer("bifurcation", "--help").replace("\\\n", " ")
     examples = [line.split()[2:] for line in text.splitlines() if "nlds-vines bifurcation" in line]
     examples = [words for words in examples if "[-h]" not in words]
     assert len(examples) == 5
@@ -232,14 +221,12 @@ def test_a_name_in_a_figure_is_no_path(tmp_path, name):
     assert len(archive.encode()) < 255
 
 
-PROGRAM = f"{sys.executable} -m nlds_vines"
-
-
-def ask(line, folder):
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""}
+def shell(line, folder):
+    """Run a line of the shell; return its status, what it prints, and its errors."""
     done = subprocess.run(
-        ["bash", "-c", line.replace("nlds-vines", PROGRAM)],
-        capture_output=True, text=True, cwd=folder, env=environment, check=False,
+        ["bash", "-c", line.replace("nlds-vines", f"{sys.executable} -m nlds_vines")],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""},
+        capture_output=True, text=True, cwd=folder, check=False,
     )  # fmt: skip
     return done.returncode, done.stdout, done.stderr
 
@@ -254,10 +241,10 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_closed_stream_changes_nothing(folder, closed):
     sound = (folder / "a.h5").read_bytes()
-    assert ask(f"nlds-vines plot a.h5 --show '?' {closed}", folder)[::2] == (0, "")
-    assert ask(f"nlds-vines bifurcation --dry-run {closed}", folder)[::2] == (0, "")
+    assert shell(f"nlds-vines plot a.h5 --show '?' {closed}", folder)[::2] == (0, "")
+    assert shell(f"nlds-vines bifurcation --dry-run {closed}", folder)[::2] == (0, "")
     assert (folder / "a.h5").read_bytes() == sound
-    assert ask(f"nlds-vines plot no.h5 {closed}", folder)[0] == 2
+    assert shell(f"nlds-vines plot no.h5 {closed}", folder)[0] == 2
 
 
 def test_no_file_gets_the_number_of_a_closed_stream(folder):
@@ -266,12 +253,12 @@ def test_no_file_gets_the_number_of_a_closed_stream(folder):
         "print(open('a.h5').fileno())"
     )
     line = f'{sys.executable} -W ignore -c "{program}"'
-    assert int(ask(f"{line} <&- 2>&-", folder)[1]) > 2
+    assert int(shell(f"{line} <&- 2>&-", folder)[1]) > 2
 
 
 @pytest.mark.parametrize("words", ["plot a.h5 --show '?'", "plot --help", "--help", "--version"])
 def test_a_full_disk_for_output_is_one_line(folder, words):
-    status, _, errors = ask(f"nlds-vines {words} > /dev/full", folder)
+    status, _, errors = shell(f"nlds-vines {words} > /dev/full", folder)
     assert status == 2
     assert errors.endswith("error: No space left on device\n")
     assert errors.count("\n") == 1
@@ -280,7 +267,7 @@ def test_a_full_disk_for_output_is_one_line(folder, words):
 @pytest.mark.parametrize("kilobytes", [3_000_000, 1_500_000])
 def test_little_memory_is_enough(folder, kilobytes):
     for words in ("bifurcation --dry-run", "plot no.h5 --help"):
-        assert ask(f"ulimit -v {kilobytes}; nlds-vines {words}", folder)[::2] == (0, "")
+        assert shell(f"ulimit -v {kilobytes}; nlds-vines {words}", folder)[::2] == (0, "")
 
 
 def test_a_library_without_room_is_one_line(capsys):

@@ -55,6 +55,16 @@ reference = loaded(DOCS / "site" / "reference.py")
 kinds = loaded(DOCS / "site" / "kinds.py")
 WALKED = ("README.md", "docs/tutorial.md")
 
+RUN = (
+    "archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md", "scans.md",
+)  # fmt: skip
+"""Pages whose programs in Python are run here."""
+
+COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
+PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
+ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
+FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
+
 
 def text_of(name):
     return (DOCS / name).read_text(encoding="utf-8")
@@ -94,11 +104,6 @@ def test_the_scan_file_means_what_it_says_and_is_computed_and_drawn(scan_file):
     assert Path("own.png").stat().st_size > 0
 
 
-RUN = (
-    "archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md", "scans.md",
-)  # fmt: skip
-
-
 @pytest.mark.kernels
 @pytest.mark.parametrize("page", RUN)
 def test_the_python_examples_print_what_is_shown(page, scan_file):
@@ -125,9 +130,6 @@ def test_the_program_with_a_pool_of_processes_runs(scan_file):
     assert Path("pool.h5").stat().st_size > 0
 
 
-COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
-
-
 def commands(text):
     """Return the words of every line of a text that is a command.
 
@@ -135,12 +137,6 @@ def commands(text):
     """
     lines = re.findall(r"^(?:nlds-vines |python -m nlds_vines\.)(.*)$", text, re.MULTILINE)
     return [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
-
-
-PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
-
-
-ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
 
 
 @pytest.mark.kernels
@@ -215,9 +211,6 @@ def test_every_command_that_is_told_exists_and_has_help():
     assert len(programs) > len(COMMANDS) + 5
     output = json.loads(printed("-c", HELP, json.dumps(programs)))
     assert output == {" ".join(words): True for words in programs}
-
-
-FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
 
 
 HELP = """

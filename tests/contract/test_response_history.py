@@ -229,6 +229,13 @@ def record(time):
     return {"load": {"record": {"times": [0.0, time], "values": [0.0, 1.0], "unit": "g"}}}
 
 
+COLUMNS = {"k1": [3.8e4, 4.0e4], "impulse": [200.0, 400.0], "zeta1": [0.01, 0.03]}
+
+
+def table(**columns):
+    return {"systems": ["none", "tmd"], "samples": columns}
+
+
 NOISE = {"load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}}}
 
 
@@ -252,6 +259,11 @@ NOISE = {"load": {"noise": {"rms": 1.0, "high": 20.0, "tones": 400}}}
         (BLOW | {"set": {"K": 1.0}}, ["K"]),
         (BLOW | {"set": {"scale": 2.0}}, ["[set]", "scale belongs in [load]", "--vary scale"]),
         (NOISE | {"set": {"noise.rms": 2.0}}, ["noise.rms belongs in [load]", "noise:rms=VALUE"]),
+        (table(k1=[4e4, -1.0], impulse=[1.0, 2.0]), ["k1 = -1.0"]),
+        (table(k3=[4e4], impulse=[1.0]), ["k3"]),
+        (table(omega=[6.0], impulse=[1.0]), ["the harmonic force is off"]),
+        (table(impulse=[1.0, float("nan")]), ["row 2: impulse = nan"]),
+        (table(**COLUMNS) | over(impulse=(1.0, 2.0)), ["beside [vary]"]),
     ],
 )
 def test_bad_requests_get_one_line(document, words, error_of):
@@ -679,15 +691,8 @@ def test_a_sweep_stands_beside_its_closed_form(here, answer, refusal, monkeypatc
     assert "sweep.h5" in refusal("plot", "sweep.h5", "--mark", "sweep.h5")
 
 
-COLUMNS = {"k1": [3.8e4, 4.0e4], "impulse": [200.0, 400.0], "zeta1": [0.01, 0.03]}
-
-
-def request_of(columns=COLUMNS, **changes):
-    return nv.load_response_history(["none", "tmd"], {"samples": columns, **changes})
-
-
 def test_each_case_has_the_parameters_and_the_load_of_its_row():
-    request = request_of()
+    request = load_response_history(table(**COLUMNS))
     assert (request.shape, request.cases) == ((2,), 4)
     for number in range(4):
         system, load = request.case(number)
@@ -695,27 +700,10 @@ def test_each_case_has_the_parameters_and_the_load_of_its_row():
         assert system.parameters["k1"] == COLUMNS["k1"][row]
         assert system.ratios["zeta1"] == pytest.approx(COLUMNS["zeta1"][row])
         assert load.impulse == COLUMNS["impulse"][row]
-    again = nv.load_response_history(request.document())
+    again = load_response_history(request.document())
     assert (again.hash, again.sampled) == (request.hash, request.sampled)
-    assert request.hash != request_of({**COLUMNS, "impulse": [200.0, 401.0]}).hash
-
-
-@pytest.mark.parametrize(
-    ("columns", "words"),
-    [
-        ({"k1": [4e4, -1.0], "impulse": [1.0, 2.0]}, "k1 = -1.0"),
-        ({"k3": [4e4], "impulse": [1.0]}, "k3"),
-        ({"omega": [6.0], "impulse": [1.0]}, "the harmonic force is off"),
-        ({"impulse": [1.0, float("nan")]}, "row 2: impulse = nan"),
-    ],
-)
-def test_tables_that_do_not_fit_are_refused(columns, words, error_of):
-    assert words in error_of(request_of, columns)
-
-
-def test_a_table_beside_axes_is_refused(error_of):
-    axes = {"impulse": {"values": [1.0, 2.0]}}
-    assert "beside [vary]" in error_of(request_of, vary=axes)
+    other = table(**{**COLUMNS, "impulse": [200.0, 401.0]})
+    assert request.hash != load_response_history(other).hash
 
 
 @pytest.mark.kernels

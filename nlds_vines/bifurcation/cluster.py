@@ -23,10 +23,9 @@ _UNREACHABLE = (OSError, ValueError, TypeError, RuntimeError, ImportError, Timeo
 
 @contextmanager
 def workers(scheduler: str, threads: int | None) -> Iterator[Executor]:
-    """Return an executor within the `with` block: `local:N` processes, or those of a scheduler.
+    """Return an executor of `local:N` processes with so many threads each, or of a scheduler.
 
-    `threads` are those of each process here, by default 1.  Raises `RequestError` if the scheduler
-    cannot be reached, or is lost.
+    Raises `RequestError` if the scheduler cannot be reached, or is lost.
     """
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)  # tracebacks of a lost scheduler

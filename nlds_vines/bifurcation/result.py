@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -150,11 +150,9 @@ def recorded_start(
     system: System,
     moved: Mapping[str, float] | None = None,
 ) -> CellStart:
-    """Return the start of an orbit.
+    """Return the start of an orbit; `moved` are initial conditions that override those of the cell.
 
-    `moved` are initial conditions by name that override those of the cell.  In a sweep, the start
-    is read from the results `arrays`: the last section of the cell before, else a point of the
-    cell's own periodic orbit, else rest.
+    In a sweep, the start is read from the results `arrays`.
     """
     if scan.start.sweeps:
         sweep, before = scan.start.sweeps[lane], swept_before(scan, place, lane)
@@ -204,9 +202,8 @@ class CellOrbit:
     def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
         """Return the orbit from one forcing period to another with states in between.
 
-        A state within a period ends a step of the integration, which would change a chaotic orbit.
-        So each period is traced by itself, from the orbit without such states: its section is that
-        of the scan.
+        These end steps of the integration, which would change a chaotic orbit: each period is
+        traced by itself, from the section of the orbit without them.
         """
         count, walls = end - begin, self.begin.system.scene.walls
         words = ("section", "impacts") if walls else ("section",)
@@ -293,13 +290,14 @@ def cell_orbit(
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
     # an orbit of a sweep follows the cells before it, of which the first begins at rest
     first, *others = *swept_before(scan, place, lane), place
-    system, cell, rest = system_at(scan, place), _record(cells, first), np.zeros(STATE_SIZE)
-    begin = Beginning(system, scan.method, scan.settings, cell, rest)
+    system, of_kernels = system_at(scan, place), cells.view(np.recarray)
+    rest = np.zeros(STATE_SIZE)
+    begin = Beginning(system, scan.method, scan.settings, of_kernels[first], rest)
     if not scan.start.sweeps:
         initial = scan.initial([np.array([i]) for i in place])
         begin.state[:4] = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
     for one in others:
-        cell = _record(cells, one)
+        cell = of_kernels[one]
         try:
             state = begin.after(scan.transient + scan.periods).state
             state[2] += cell.rest - begin.cell.rest  # the displacement is carried over
@@ -309,10 +307,6 @@ def cell_orbit(
         begin = begin._replace(cell=cell, state=state)
     label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
     return CellOrbit(scan, begin, scan.start.names[lane], label)
-
-
-def _record(cells: np.ndarray, place: Place) -> Any:
-    return cells[place].reshape(1).view(np.recarray)[0]
 
 
 def nearest_place(

@@ -34,7 +34,7 @@ from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import records, responses
-from nlds_vines.orbits.batch import Kernels, Outputs, Wanted, agreement, spectra_of
+from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.starts import user_states
@@ -200,26 +200,49 @@ class Computer:
 
         `places` (chains,) are the numbers in the scan of their first cells, which attractors need.
         """
+        scan, datasets = self.scan, self.scan.table.datasets
         arrays = {"P": chains["P"].copy()}
-        if self.scan.start.policy == "random":
-            states = user_states(chains[:, 0], starts, self.scan.system.scene)
+        if scan.start.policy == "random":
+            states = user_states(chains[:, 0], starts, scan.system.scene)
             arrays["start_state"] = states[:, np.newaxis]
-        if (spectral := self.scan.spectral) is not None:  # the same at more instants
-            span = Span(self.scan.transient, self.scan.periods, spectral.samples)
+        if (spectral := scan.spectral) is not None:  # the same at more instants
+            span = Span(scan.transient, scan.periods, spectral.samples)
             states, status = self._traced.states(chains, starts, span)
-            spectra = spectra_of(spectral, states, status == records.OK, self.scan.transient)
+            spectra = spectra_of(spectral, states, status == records.OK, scan.transient)
             arrays |= {"status": status, **spectra}
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
             arrays |= self.ends.arrays(chains[:, 0], starts, where)
         if self.kernels.records or "status" not in arrays:
-            outputs = self.kernels.run(chains, starts, self.scan.transient, self.scan.periods)
-            arrays |= self._arrays(outputs, chains)
-        if "spectra_agree" in self.scan.table.datasets:
+            outputs = self.kernels.run(chains, starts, scan.transient, scan.periods)
+            buffers, arrays["status"] = outputs.buffers, outputs.status
+            with np.errstate(all="ignore"):  # lanes that failed hold anything
+                for name in datasets:
+                    entry = BY_NAME[name]
+                    buffer = getattr(buffers, entry.buffer) if entry.buffer in _PLAIN else None
+                    if buffer is not None and entry.buffer == "section":
+                        buffer = buffer[:, :, -scan.periods :]
+                    if buffer is not None:
+                        arrays[name] = entry.from_buffer(buffer)
+                if "reduction" in datasets:  # without a force nothing can be reduced: NaN
+                    arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(chains)
+                if "modulation" in scan.want:
+                    section = buffers.section[:, :, -scan.periods :]
+                    arrays |= records.modulation_of(section, chains["omega"], buffers.counts)
+            if buffers.response is not None:
+                arrays |= responses.arrays_of(buffers.response, scan.system.scene, chains)
+            if buffers.cycle is not None:
+                arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
+                arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+            if buffers.counts is not None:
+                arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
+            if outputs.evidence is not None:
+                arrays |= outputs.verdicts(chains)
+        if "spectra_agree" in datasets:
             regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
-            arrays["spectra_agree"] = agreement(regimes, n, labels, self.scan.periods)
+            arrays["spectra_agree"] = agreement(regimes, n, labels, scan.periods)
         failed = arrays["status"] != records.OK
-        for name, dataset in self.scan.table.datasets.items():
+        for name, dataset in datasets.items():
             values = arrays[name]
             if name not in _KNOWN and failed.any():
                 values[failed] = dataset.fill
@@ -234,34 +257,6 @@ class Computer:
         cells = self._cells[where]
         states = own_states(self.scan, cells, self.scan.initial(where), lanes, self._tell)
         return cells[:, np.newaxis], states, places
-
-    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        buffers, arrays = outputs.buffers, {"status": outputs.status}
-        for name in self.scan.table.datasets:
-            entry = BY_NAME[name]
-            buffer = getattr(buffers, entry.buffer) if entry.buffer in _PLAIN else None
-            if buffer is not None:
-                if entry.buffer == "section":
-                    buffer = buffer[:, :, -self.scan.periods :]
-                with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays[name] = entry.from_buffer(buffer)
-        if "reduction" in self.scan.table.datasets:
-            with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
-                arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
-        if buffers.response is not None:
-            arrays |= responses.arrays_of(buffers.response, self.scan.system.scene, cells)
-        if buffers.cycle is not None:
-            arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
-            arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
-        if buffers.counts is not None:
-            arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
-            if "modulation" in self.scan.want:
-                section = buffers.section[:, :, -self.scan.periods :]
-                with np.errstate(all="ignore"):  # lanes that failed hold anything
-                    arrays |= records.modulation_of(section, cells["omega"], buffers.counts)
-        if outputs.evidence is not None:
-            arrays |= outputs.verdicts(cells)
-        return arrays
 
 
 _PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")

@@ -112,9 +112,8 @@ def uncertainty_exponent(plane: np.ndarray) -> Uncertainty:
 
     A pair is two cells of a row or of a column, d = 1, 2, 4, ... apart up to an eighth of the
     shorter side, whose attractors are known; f is the mean of the shares in rows and in columns.
-    The exponent is the slope of ln f over ln d, each d weighted by its number of uncertain pairs.
-    If no pair differs there is no boundary, and the exponent is NaN.  After McDonald, Grebogi, Ott,
-    Yorke, Physica D 17, 125 (1985).
+    The exponent is the slope of ln f over ln d, each d weighted by its number of uncertain pairs;
+    NaN without a boundary.  After McDonald, Grebogi, Ott, Yorke, Physica D 17, 125 (1985).
     """
     distances = 2 ** np.arange((min(plane.shape) // 8).bit_length())
     # numbers of differing pairs, and of pairs: in parts of the plane, by distance, along rows and

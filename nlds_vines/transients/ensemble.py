@@ -69,15 +69,11 @@ class Decay:
 def survival(times: Any, ended: Any, level: float = LEVEL) -> Survival:
     """Return the Kaplan-Meier estimate of lifetimes, with an interval of confidence `level`.
 
-    `times` (n,) say how long each was watched, `ended` (n,) whether the lifetime ended then (True)
-    or only the watching (False); of both at the same time, the lifetime ends first.
-
-    S(t) = prod over t_i <= t of (1 - d_i / n_i), with d_i that ended at t_i of n_i at risk.  The
-    interval is that of ln(-ln S) with Greenwood's variance; it stays within 0 and 1.  Both are
-    those of `scipy.stats.ecdf`.
-
-    Source: Kaplan and Meier (1958), J. Am. Stat. Assoc. 53, 457-481.
-
+    `times` (n,) say how long each was watched, `ended` (n,) whether the lifetime ended then or only
+    the watching; of both at the same time, the lifetime ends first.
+    S(t) = prod over t_i <= t of (1 - d_i / n_i), with d_i that ended at t_i of n_i at risk; the
+    interval is that of ln(-ln S) with Greenwood's variance, within 0 and 1 (`scipy.stats.ecdf`;
+    Kaplan and Meier (1958), J. Am. Stat. Assoc. 53, 457-481).
     Raises `RequestError` for no lifetimes, and for times that are negative or not finite.
     """
     from scipy import stats
@@ -101,8 +97,6 @@ def decay(times: Any, ended: Any, delay: float = 0.0, level: float = LEVEL) -> D
     With d lifetimes that ended and the exposure E, the sum of all times beyond the delay, the rate
     is d / E.  Its interval is that of a Poisson count, chi2(a/2; 2d) / 2E to
     chi2(1 - a/2; 2d + 2) / 2E with a = 1 - `level`; its confidence is at least `level`.
-
-    Raises `RequestError` as `survival` does, and where no lifetime reaches beyond the delay.
     """
     from scipy.stats import chi2
 

@@ -75,12 +75,9 @@ def draw_curves(
 ) -> Figure:
     """Return the figure of response curves; `show` are panels of `panels_of`, None: `usual_of`.
 
-    A line joins orbits of one regime alone, the others are dots.  A second sweep is a thinner line;
-    where it differs from the first, and where a response is quasiperiodic or chaotic, the panel is
-    shaded in the curve's color.  Triangles mark values below an axis.  A vertical line marks the
-    structure's natural frequency omega0 = sqrt(k1 / m1).  Where a shaded case has impacts, the
-    panel is light yellow; its windows without impacts are white between dashed lines, and a thin
-    line if they are too narrow for that.
+    A second sweep is a thinner line.  Where it differs from the first, and where a response is
+    quasiperiodic or chaotic, the panel is shaded in the curve's color.  Where a shaded case has
+    impacts, the panel is light yellow, and windows without impacts are white.
     """
     request = results.request
     names = list(show or usual_of(request))

@@ -80,12 +80,8 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     `show` are quantities separated by commas, `regimes` for the strips alone, None for
     `_usual_rows`, with the structure's maximum energy of a single start in green over the first
     panel.  Of a few values of another parameter each has a panel of dots; numbers are curves in one
-    panel.
-
-    Above the panels a strip names the regimes: one for each of two starts; of more starts, each
-    cell shows them all, one above another.  Hatched are orbits that pass the limit of their scene.
-
-    Raises `RequestError` where nothing is recorded to draw.
+    panel.  Above the panels strips name the regimes.  Hatched are orbits that pass the limit of
+    their scene.  Raises `RequestError` where nothing is recorded to draw.
     """
     cuts, drawn = slices_of(view), quantities_in(view)
     shown = _usual_rows(view, cuts, drawn) if show is None else rows_of(show, drawn)
@@ -511,10 +507,9 @@ def legend_of_strips(cuts: Sequence[Slice], left_out: Sequence[str]) -> list[Any
 def draw_strip(axes: Axes, rows: Sequence[Sequence[Band]], setting: str = "") -> list[str]:
     """Draw rows of bands, from below, in the colors of their regimes, and name the regimes.
 
-    Names stand inside the bands of a single row, or upright above the strip: a regime whose name
-    fits into none of its bands is named once, above the widest of them.  If names would be far from
-    their bands, the narrowest are left out, and their labels are returned, for a legend.  The value
-    `setting` at which another parameter is held stands over all, also without rows.
+    Names stand inside the bands of a single row, or once upright above the widest of their bands.
+    If these would be far from their bands, the narrowest are left out, and their labels returned.
+    The value `setting` at which another parameter is held stands over all, also without rows.
     """
     for row_number, row in enumerate(rows):
         for band in row:

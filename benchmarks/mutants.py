@@ -101,57 +101,33 @@ def _changes(node: ast.AST) -> Iterator[str]:
             yield "pass"
 
 
-class Trial:
-    """A copy of the checkout in a folder, in which the tests run."""
+def failure(folder: Path, tests: Sequence[str]) -> str:
+    """Return the line in which pytest, in a copy of the checkout, says what failed.
 
-    def __init__(self, checkout: Path, folder: Path, tests: Sequence[str]) -> None:
-        self.folder, self.tests = folder, tests
-        for path in (checkout / name for name in COPIED if (checkout / name).exists()):
-            if path.is_dir():
-                ignore = shutil.ignore_patterns("__pycache__", "archives")
-                shutil.copytree(
-                    path, folder / path.name, ignore=None if path.name == "nlds_vines" else ignore
-                )
-            else:
-                shutil.copy(path, folder / path.name)
-
-    def failure(self) -> str:
-        """Return the line in which pytest says what failed; empty if all tests passed.
-
-        Raises `RuntimeError` if no test ran.
-        """
-        options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "-x", "-rfE", "--tb=no"]
-        options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
-        environment = {
-            name: value
-            for name, value in os.environ.items()
-            if not name.startswith(("NUMBA_", "PYTEST_"))
-        }
-        environment |= {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
-        environment |= {"NUMBA_DISABLE_JIT": "1", "COLUMNS": "1000"}
-        try:
-            done = subprocess.run(
-                [sys.executable, "-m", "pytest", *options, *self.tests],
-                cwd=self.folder, env=environment, timeout=LONGEST,
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return f"no end after {LONGEST:g} s"
-        lines = [line for line in done.stdout.splitlines() if line.strip()] or ["no output"]
-        reasons = [line for line in lines if line.startswith(("ERROR", "FAILED"))]
-        if done.returncode not in (0, 1, 2):
-            raise RuntimeError((reasons or lines)[-1])
-        return (reasons or lines)[-1] if done.returncode else ""
-
-    def is_noticed(self, file: str, mutant: Mutant) -> bool:
-        """Return True if a test fails on the copy with a change."""
-        path = self.folder / file
-        sound = path.read_text(encoding="utf-8")
-        path.write_text(mutant.applied_to(sound), encoding="utf-8")
-        try:
-            return bool(self.failure())
-        finally:
-            path.write_text(sound, encoding="utf-8")
+    Empty if all tests passed. Raises `RuntimeError` if no test ran.
+    """
+    options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "-x", "-rfE", "--tb=no"]
+    options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("NUMBA_", "PYTEST_"))
+    }
+    environment |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment |= {"NUMBA_DISABLE_JIT": "1", "COLUMNS": "1000"}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", *options, *tests],
+            cwd=folder, env=environment, timeout=LONGEST,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return f"no end after {LONGEST:g} s"
+    lines = [line for line in done.stdout.splitlines() if line.strip()] or ["no output"]
+    reasons = [line for line in lines if line.startswith(("ERROR", "FAILED"))]
+    if done.returncode not in (0, 1, 2):
+        raise RuntimeError((reasons or lines)[-1])
+    return (reasons or lines)[-1] if done.returncode else ""
 
 
 def piece_of(text: str) -> slice:
@@ -180,13 +156,21 @@ def main(argv: list[str] | None = None) -> int:
         print(*(mutant.name for mutant in mutants), sep="\n")
         return 0
     began, alive = time.perf_counter(), 0
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        trial = Trial(CHECKOUT, Path(folder).resolve(), options.tests)
-        if failure := trial.failure():
-            print(f"the tests do not pass without a change: {failure}", file=sys.stderr)
+    with tempfile.TemporaryDirectory(prefix="mutants-") as place:
+        folder = Path(place).resolve()
+        ignored = shutil.ignore_patterns("__pycache__", "archives")
+        for path in (CHECKOUT / name for name in COPIED if (CHECKOUT / name).exists()):
+            if path.is_dir():
+                ignore = None if path.name == "nlds_vines" else ignored
+                shutil.copytree(path, folder / path.name, ignore=ignore)
+            else:
+                shutil.copy(path, folder / path.name)
+        if reason := failure(folder, options.tests):
+            print(f"the tests do not pass without a change: {reason}", file=sys.stderr)
             return 2
         for mutant in mutants:
-            if not trial.is_noticed(options.source, mutant):
+            (folder / options.source).write_text(mutant.applied_to(text), encoding="utf-8")
+            if not failure(folder, options.tests):
                 alive += 1
                 print(f"survived: {mutant.name}", flush=True)
     seconds = time.perf_counter() - began

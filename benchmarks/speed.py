@@ -23,7 +23,7 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +60,11 @@ def scanned(vary: Any, **tables: object) -> Callable[[], object]:
     """Return a function that computes a scan, and writes an archive that is deleted at once."""
     scan = nv.load_scan({"system": "ssul-set6", "vary": vary, **tables})
     return lambda: nv.scan(scan, quiet=True)
+
+
+def often(times: int, call: Callable[..., object], *words: Any, **options: Any) -> Callable:
+    """Return a function that calls another so many times."""
+    return lambda: [call(*words, **options) for _ in range(times)]
 
 
 def shaken() -> Callable[[], object]:
@@ -107,10 +112,10 @@ BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
         DESIGNS, sampling={"transient": 200, "periods": 60}, record={"want": ["energy"]}
     ),
     "samples": sampled,
-    "with_": lambda: partial(SET6.with_, omega=7.5),
-    "simulate": lambda: partial(nv.simulate, SET6, 1, quiet=True),
-    "classify": lambda: partial(nv.classify, SET6.with_(omega=5.5), quiet=True),
-    "blow": lambda: partial(nv.response_history, "tmd", impulse=300.0, duration=10.0, quiet=True),
+    "with_": lambda: often(1000, SET6.with_, omega=7.5),
+    "simulate": lambda: often(300, nv.simulate, SET6, 1, quiet=True),
+    "classify": lambda: often(50, nv.classify, SET6.with_(omega=5.5), quiet=True),
+    "blow": lambda: often(20, nv.response_history, "tmd", impulse=300.0, duration=10.0, quiet=True),
     "record": shaken,
 }
 
@@ -155,36 +160,31 @@ def in_kernels(kernels: Iterable[tuple[Any, str]] = ()) -> Iterator[list[float]]
             setattr(module, name, kernel)
 
 
-class Checkout:
-    """A checkout whose package does the work in a process of its own, when it is asked to."""
+@contextmanager
+def checkout(folder: Path) -> Iterator[Callable[[str], float]]:
+    """Start a process of a checkout; yield a function that returns the CPU time [s] of a piece.
 
-    def __init__(self, folder: Path) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"], text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": str(folder.resolve())},
-        )  # fmt: skip
+    It raises SystemExit where the checkout cannot do that piece of work.
+    """
+    with subprocess.Popen(
+        [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"], text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(folder.resolve())},
+    ) as process:  # fmt: skip
 
-    def __enter__(self) -> Self:
-        return self
+        def spends(name: str) -> float:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            print(name, file=process.stdin, flush=True)
+            answer = process.stdout.readline()
+            if not answer:
+                raise SystemExit(f"{name}: the process has ended")
+            return float(answer)
 
-    def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.communicate()
-
-    def spends(self, name: str) -> float:
-        """Do a piece of work; return its CPU time [s].
-
-        Raises SystemExit where the checkout cannot.
-        """
-        asked, answers = self._process.stdin, self._process.stdout
-        assert asked is not None
-        assert answers is not None
-        print(name, file=asked, flush=True)
-        answer = answers.readline()
-        if not answer:
-            raise SystemExit(f"{name}: the process has ended")
-        return float(answer)
+        try:
+            yield spends
+        finally:
+            process.kill()
 
 
 def serve() -> None:
@@ -222,23 +222,25 @@ def main() -> None:
             print(f"{name:14} {median(wholes):10.6f} s, of which kernels {median(kernels):10.6f} s")
         return None
     with ExitStack() as stack:
-        ours = stack.enter_context(Checkout(HERE))
-        other = stack.enter_context(Checkout(options.against)) if options.against else None
+        ours = stack.enter_context(checkout(HERE))
+        other = stack.enter_context(checkout(options.against)) if options.against else None
         for name in options.only or BENCHMARKS:
             print(f"{name:14} {compared(ours, other, name, options.rounds)}", flush=True)
     return None
 
 
-def compared(ours: Checkout, other: Checkout | None, name: str, rounds: int) -> str:
+def compared(
+    ours: Callable[[str], float], other: Callable[[str], float] | None, name: str, rounds: int
+) -> str:
     """Return in words what a piece of work takes here, and beside the other checkout, if any."""
     mine, theirs = [], []
     for number in range(rounds + 1):
         if number % 2:
-            mine.append(ours.spends(name))
+            mine.append(ours(name))
         if other is not None:
-            theirs.append(other.spends(name))
+            theirs.append(other(name))
         if not number % 2:
-            mine.append(ours.spends(name))
+            mine.append(ours(name))
     mine, theirs = mine[1:], theirs[1:]  # the first ones come after compiling
     text = f"{median(mine):8.4f} s"
     if other is not None:

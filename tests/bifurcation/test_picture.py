@@ -14,12 +14,11 @@ from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
-from nlds_vines.archives.archive import read
+from nlds_vines import load_system, read
 from nlds_vines.bifurcation.picture import diagram
 from nlds_vines.bifurcation.picture.choices import Slice
 from nlds_vines.bifurcation.picture.diagram import looks_of
 from nlds_vines.bifurcation.picture.drawing import PICTURE
-from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.plotting import bands, palette
 from nlds_vines.plotting.page import TWO_COLUMNS, page_of

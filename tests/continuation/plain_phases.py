@@ -6,6 +6,7 @@ and at 1.07382 both walls are grazed at once. (Run by `contract/test_plain.py`.)
 
 import numpy as np
 import pytest
+from support import kernel_state
 
 from nlds_vines import load_system
 from nlds_vines.continuation import arclength
@@ -28,9 +29,8 @@ SOFT = 1.0745428059013842, (
 
 def on_branch(case, phase=0.0):
     """Return the map at a phase, and a case's orbit there as a point of the branch of omega."""
-    omega, (x1, v1, x2, v2) = case
-    rest = SYSTEM.with_(omega=omega).rest
-    place = np.array([x1, v1, x1 - x2 + rest, v1 - v2, omega])
+    omega, state = case
+    place = np.append(kernel_state(SYSTEM.with_(omega=omega), state), omega)
     zero = SectionMap(SYSTEM, ("omega",))
     shot = zero.shot(phase)
     cycle = shot.at(zero.later(place, phase), 1)

@@ -10,7 +10,7 @@ from rigid import CASES, RIGID, oscillator, start_of
 from nlds_vines import System, continue_branch, load_system, open_archive, simulate, slow_manifold
 from nlds_vines.__main__ import main
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.model.linear_response import response
+from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
@@ -18,17 +18,6 @@ pytestmark = pytest.mark.kernels
 
 def named(case):
     return f"{case['omega']}-{case['e']}"
-
-
-def free_motion(system):
-    """Return the state at phase zero of the linear response: it need not be looked for."""
-    omega = system.parameters["omega"]
-    linear = response(system, np.array(omega))
-    numbers = [complex(X) for X in (linear.X1, linear.X2) if X is not None]
-    state = [number for X in numbers for number in (X.real, (1j * omega * X).real)]
-    if system.rest is not None:
-        state[2] += system.rest
-    return state
 
 
 def located(path, kind, branch=None):
@@ -94,7 +83,7 @@ def test_an_orbit_with_an_impact_grazes_another_rigid_stop():
     numbers = {"m": 1.0, "k": 1.0, "c": 0.6, "C": 1.0, "C_2": 1.05, "omega": 0.7, "P": 0.3}
     system = System("oscillator-2", {**numbers, "e": 0.6}, law="restitution")
     plane = ("omega", 0.65, 0.75)
-    path = continue_branch(system, "P", (0.05, 0.9), free_motion(system), period=1, plane=plane)
+    path = continue_branch(system, "P", (0.05, 0.9), steady_state(system), period=1, plane=plane)
     curves = [curve for curve in path.curves if curve.kind == "GR"]
     assert len(curves) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
     alone = SectionMap(system.with_(C_2=2.0), ("P", "omega"), Settings(1e-12))
@@ -118,7 +107,7 @@ GRAZES = {
 def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_gap(name):
     """From that motion, and with one damper from rest: then orbits are judged first."""
     system, along, between = GRAZES[name]
-    begin = {} if name == "ssul" else {"start": free_motion(system), "period": 1}
+    begin = {} if name == "ssul" else {"start": steady_state(system), "period": 1}
     path = continue_branch(system, along, between, **begin)
     row = next(row for row in located(path, "GR", 0) if "T,0" in (row.before, row.after))
     there = system.with_(**{along: row.value})
@@ -134,7 +123,7 @@ def test_a_branch_ends_where_its_orbit_touches_the_limit(kind):
     if kind == "ssvi-b":
         del p["L"]
     system = System(kind, p)
-    path = continue_branch(system, "P", (1.0, 5000.0), free_motion(system), period=1)
+    path = continue_branch(system, "P", (1.0, 5000.0), steady_state(system), period=1)
     (row,) = located(path, "LIM")
     assert path.branches[0].ends[1] == "limit"
     there = system.with_(P=row.value)

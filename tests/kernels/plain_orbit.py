@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from support import NOTHING, kernel_cell, linear_flow
 
+from nlds_vines import IntegrationError, load_system, simulate
 from nlds_vines.kernels.cells import load_numbers
 from nlds_vines.kernels.cells.cells import cells_for, run_cell
 from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
@@ -34,10 +35,8 @@ from nlds_vines.kernels.scene.scene import (
     structure_under,
 )
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
-from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 
 @pytest.mark.parametrize(
@@ -231,9 +230,8 @@ def test_an_energy_is_last_above_a_level_at_the_root_of_its_polynomial():
     assert load_numbers.last_place_above(ps, motion, -1.0) == 1.0
     assert load_numbers.last_place_above(ps, motion, 1.5) == load_numbers.NO_PLACE
     motion[1, 1], motion[2, 1] = 1.2, -1.0  # v1 = 1 + 1.2 x - x^2, below 1.3 at both ends
-    assert load_numbers.last_place_above(ps, motion, 1.3**2) == pytest.approx(
-        0.6 + math.sqrt(0.06), abs=1e-15
-    )
+    root = 0.6 + math.sqrt(0.06)
+    assert load_numbers.last_place_above(ps, motion, 1.3**2) == pytest.approx(root, abs=1e-15)
     assert load_numbers.place_of_most(ps, motion) == pytest.approx(0.6, abs=1e-15)
 
 

@@ -6,12 +6,10 @@ from inertial import V1, V2, X1, X2, Course, Twin, W, Y
 from scipy.integrate import solve_ivp
 from support import NOTHING
 
+from nlds_vines import System, load_system, simulate
 from nlds_vines.kernels.events.contact import contact
 from nlds_vines.kernels.laws import hertz
-from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import response, steady_state
-from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import simulate
 
 FINE = {"nodes": 24, "contact_steps": 48.0}
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from flights import flow_on
-from support import linear_flow
+from support import kernel_state, linear_flow
 
 import nlds_vines as nv
 from nlds_vines.kernels.cells import verdict
@@ -24,8 +24,7 @@ def closed(name, omega, n, start=None):
     system = nv.load_system(name, omega=omega)
     orbit = nv.simulate(system, 1, transient=600, start=start)
     flow = flow_on(system)
-    y = np.array(orbit.state)
-    y[2], y[3] = y[0] - y[2] + system.rest, y[1] - y[3]
+    y = kernel_state(system, orbit.state)
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
     residual, clearance, slowest = variations.polish(flow, y, points, counts, tangent)
     return flow, y, points, counts, tangent, (residual, clearance, slowest)

@@ -98,18 +98,14 @@ def test_a_damper_that_is_pressed_back_before_it_is_out_stays_in_contact():
     assert events == [STOPPED] * 4 + [RELEASED] * 2
 
 
-def errors(parts, tolerance, starts):
-    """Return the largest errors of speed and of time of contacts, relative, and their steps."""
-    errors_by_node = []
-    for start in starts:
-        true = follow(parts, *start, steps=60.0)
-        side = side_of(parts, steps=Steps(3.0, tolerance), rate=10.0)
-        one = contact(side, NOTHING, WAVE, start, 1e3)
-        errors_by_node.append(max(abs(one[2] / true[2] - 1), abs(one[5] / true[5] - 1)))
-    return max(errors_by_node)
-
-
-STARTS = [(0.0, s, 0.011, 0.2) for s in (0.05, 0.3, 1.3, 4.0)]
+def largest_error(parts, tolerance):
+    """Return the largest error of speed and of time of contacts that begin too coarsely."""
+    side, errors = side_of(parts, steps=Steps(3.0, tolerance), rate=10.0), []
+    for speed in (0.05, 0.3, 1.3, 4.0):
+        start = 0.0, speed, 0.011, 0.2
+        true, one = follow(parts, *start, steps=60.0), contact(side, NOTHING, WAVE, start, 1e3)
+        errors += [abs(one[2] / true[2] - 1), abs(one[5] / true[5] - 1)]
+    return max(errors)
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
@@ -117,9 +113,9 @@ def test_steps_that_are_foreseen_much_too_long_are_found_out(tolerance, monkeypa
     """As if the last terms of a step allowed any length. Notices: no check of a step at its end."""
     parts = parts_of(K=1e6)
     monkeypatch.setattr(stepping, "length_of", lambda side, h, *others: h)
-    assert errors(parts, tolerance, STARTS) <= tolerance
+    assert largest_error(parts, tolerance) <= tolerance
     monkeypatch.setattr(stepping, "defect_of", lambda *arguments: 0.0)
-    assert errors(parts, tolerance, STARTS) >= 10 * tolerance
+    assert largest_error(parts, tolerance) >= 10 * tolerance
 
 
 def test_a_wrong_series_is_doubted(monkeypatch):

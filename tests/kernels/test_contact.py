@@ -1,9 +1,8 @@
 """Stepped contacts: errors within the tolerance, their doubt, limits that are passed inside.
 
-Errors are relative to the scales of the contact, and counted in units of the growth that an error
-has on its way: a damper that swings on its obstacle and leaves it slowly makes a thousand of one.
-Where the far wall lies beyond the limit (C < -D of the kinds ssvi-b and ssvi-c) the damper breaks
-the limit while it is still in contact, and may lie beyond it all the time.
+Errors are relative to the scales of the contact, in units of the growth that an error has on its
+way. Where the far wall lies beyond the limit (C < -D of the kinds ssvi-b and ssvi-c) the damper
+breaks the limit while it is still in contact, and may lie beyond it all the time.
 """
 
 import itertools

@@ -1,11 +1,9 @@
 """Systems of every kind, far from the paper's, against the twin in 80-bit arithmetic.
 
 The twin follows each orbit period by period, every time from the section that the package reports:
-so chaos is examined as sharply as a steady state. Its contacts, excursions beyond the limit, near
-misses and largest energies, put together, must be those of the package's one run. An error of a
-state is that of a single period, divided by how much the period enlarges an error (at least 1).
-
-Lengths are measured in the orbit's largest displacement, velocities in its largest velocity.
+so chaos is examined as sharply as a steady state. What it notes, put together, must be that of the
+package's one run. The error of a state is that of a single period, over how much the period
+enlarges an error (at least 1), in the orbit's largest displacement and velocity.
 
     python -m pytest -m long tests/property/test_examination.py -o addopts="" -s
 """

@@ -1,11 +1,9 @@
 """A label is a property of the orbit: not of the method, the cut, the phase, or the effort.
 
-Two methods that start from rest may legitimately end on different attractors: a chaotic transient
-forgets where it began in some ten periods, and then round-off decides which of the coexisting
-orbits it falls on.  So the second method starts where the first one arrived: at the point of the
-periodic orbit that the evidence holds, or at the last state.  What is then compared is the
-judgement, over all of its stages, and the periodic orbit itself.  Chaos that one method still sees
-and the other has seen end is followed on by both: it must end, or last, in both.
+From rest two methods may end on different attractors: round-off decides which after a chaotic
+transient. So the second method starts where the first one arrived, at the point of the periodic
+orbit or at the last state; the judgement and the orbit itself are compared. Chaos that one method
+still sees and the other has seen end is followed on by both: it must end, or last, in both.
 """
 
 import itertools

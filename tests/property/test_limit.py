@@ -1,9 +1,9 @@
 """The limit that scenes b and c must keep: what is reported of it, against the twin.
 
-Number, first time and depth of the violations, random and grazing, by both methods. As for impacts,
-a difference counts only above what the two integrators resolve together: `FIRST` meters up to the
-first contact of an orbit, `LATER` behind it. Where some excursion, or an approach that turned back,
-lies closer to the limit than that, the numbers may differ: such orbits are counted and stay few.
+Number, first time and depth of the violations, random and grazing, by both methods. A difference
+counts only above `FIRST` meters up to the first contact of an orbit, `LATER` behind it. Where an
+excursion, or an approach that turned back, lies closer to the limit, the numbers may differ: such
+orbits are counted and stay few.
 """
 
 from collections import Counter

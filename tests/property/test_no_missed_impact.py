@@ -1,11 +1,8 @@
 """No impact is missed or invented: 10,000 random orbits, grazing ones included, against the twin.
 
-Behind `kernels` stand 1,500 of them, behind `long` all.
-
 A difference counts only above what the two integrators resolve together: `FIRST` meters of depth
 (or of clearance) up to the first impact of an orbit, where both are good to round-off, `LATER`
-behind it. Below that a difference is ambiguous; the orbit is then followed no further. Ambiguous
-orbits are counted and must stay few.
+behind it. Orbits with a smaller one are ambiguous: followed no further, counted, and few.
 """
 
 from collections import Counter

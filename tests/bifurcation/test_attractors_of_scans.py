@@ -18,6 +18,7 @@ from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.labels import finals
 from nlds_vines.transients.ensemble import share_interval
 from nlds_vines.upkeep.rerun import differing
+from scans import scan_of
 
 pytestmark = pytest.mark.kernels
 
@@ -176,16 +177,15 @@ def test_a_plane_has_measures_and_random_starts_an_interval(plane, along, error_
 STARTS = {"policy": "random", "count": 60, "seed": 3}
 
 
-def scan_of(system, vary, start=STARTS, **changes):
-    document = {"title": "of a test", "system": system, "vary": vary, "start": start}
-    return nv.load_scan({**document, "record": {"want": ["attractor"]}, **changes})
+def requested(system, vary, start=STARTS, **changes):
+    return scan_of(system, ["attractor"], vary, start, changes=changes)
 
 
 REQUESTS = {
-    "period one and chaos": scan_of("ssul-set6", {"omega": {"values": [7.36]}}),
-    "T,0 and 4T,2": scan_of("ssul-set6", {"omega": {"values": [7.66, 7.7]}}),
-    "after transient chaos": scan_of("ssul-set6", {"omega": {"values": [7.6]}}),
-    "restitution": scan_of("impact-oscillator", {"P": {"values": [0.7]}}, set={"omega": 1.5}),
+    "period one and chaos": requested("ssul-set6", {"omega": [7.36]}),
+    "T,0 and 4T,2": requested("ssul-set6", {"omega": [7.66, 7.7]}),
+    "after transient chaos": requested("ssul-set6", {"omega": [7.6]}),
+    "restitution": requested("impact-oscillator", {"P": [0.7]}, omega=1.5),
 }
 
 
@@ -223,7 +223,7 @@ def test_mirrored_twins_are_two_attractors():
     """Between two equal stops, what is not its own mirror image has a twin: T,2 and T,3 both do."""
     stops = {"kind": "oscillator-2", "omega": 1.2, "P": 2.0, "m": 1.0, "k": 1.0, "c": 0.05}
     stops |= {"C": 0.5, "C_2": 0.5, "K": 20.0}
-    arrays = arrays_of(scan_of(stops, {"P": {"values": [2.0]}}, {**STARTS, "count": 30}))
+    arrays = arrays_of(requested(stops, {"P": [2.0]}, {**STARTS, "count": 30}))
     labels = arrays["attractor_label"][0].tolist()
     assert labels.count("T,2") == labels.count("T,3") == 2
     assert set(arrays["attractor"][0].tolist()) == set(range(len(labels)))
@@ -233,7 +233,7 @@ def test_mirrored_twins_are_two_attractors():
 
 
 def test_two_tori_of_one_system_are_two_attractors():
-    arrays = arrays_of(scan_of("ssul-set6", {"omega": {"values": [7.375]}}))
+    arrays = arrays_of(requested("ssul-set6", {"omega": [7.375]}))
     assert arrays["attractor_label"].tolist() == [["quasiperiodic", "quasiperiodic"]]
     assert min(arrays["attractor_share"][0]) > 0.2
     assert arrays["attractor_margin"].min() > 2.0
@@ -244,8 +244,8 @@ def test_two_tori_of_one_system_are_two_attractors():
 
 def test_an_attractor_that_no_start_comes_to_is_carried_on():
     """As if at the second value both orbits had come to T,0."""
-    vary = {"P": {"values": [0.5, 0.55, 0.6]}, "v_0": {"values": [0.0, 3.0]}}
-    scan = scan_of("impact-oscillator", vary, {"policy": "rest"}, set={"omega": 1.5})
+    vary = {"P": [0.5, 0.55, 0.6], "v_0": [0.0, 3.0]}
+    scan = requested("impact-oscillator", vary, "rest", omega=1.5)
     (block,) = blocks_of(scan)
     arrays = Computer(scan).block(block)
     assert arrays["label"][..., 0].tolist() == [["T,0", "T,1"]] * 3

@@ -115,7 +115,21 @@ class RecordFile:
         has_unit = unit or any(one.unit for one in columns)
         also = "" if has_unit else f"; give unit, too, of its values: {', '.join(UNITS)}"
         time = None if dt else _time_of(content, also)
-        column = self._values(columns, time)
+        if self.dt and (stamps := next(filter(_is_time, columns), None)):
+            name = _name_of(stamps, columns)
+            raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
+        others = [one for one in columns if one is not time]
+        # the values: the first other column, or the one with the name or the number that is given
+        column = others[0]
+        if self.column not in ("", 0):
+            names = {one.name.lower(): one for one in reversed(others) if one.name}
+            chosen = names.get(str(self.column).lower())
+            if chosen is None and isinstance(self.column, int) and self.column <= len(columns):
+                chosen = columns[self.column - 1]
+            if chosen is None or chosen is time:
+                allowed = [one.name or str(columns.index(one) + 1) for one in others]
+                raise unknown("column", str(self.column), allowed)
+            column = chosen
         name = _name_of(column, columns)
         if not unit and not column.unit:
             raise RequestError(
@@ -137,9 +151,9 @@ class RecordFile:
                 raise RequestError(text)
             if not _is_time(time):
                 notes.append(f"times [{time_unit}] in {_name_of(time, columns)}")
-        others = [_name_of(one, columns) for one in columns if one not in (time, column)]
-        if others and self.column == "":
-            notes.append(f"values in {name}, not in {', '.join(others)}")
+        unused = [_name_of(one, columns) for one in others if one is not column]
+        if unused and self.column == "":
+            notes.append(f"values in {name}, not in {', '.join(unused)}")
         return {"times": times, "values": values, "unit": unit, "reading": "; ".join(notes)[:200]}
 
     def _content(self, path: Path) -> Content:
@@ -169,22 +183,6 @@ class RecordFile:
             raise RequestError("holds no numbers")
         contents = (reads(lines) for reads in FORMATS)
         return next(filter(None, contents), None) or _table(lines, self)
-
-    def _values(self, columns: Sequence[Column], time: Column | None) -> Column:
-        if self.dt and (times := next(filter(_is_time, columns), None)):
-            name = _name_of(times, columns)
-            raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
-        others = [one for one in columns if one is not time]
-        if self.column in ("", 0):
-            return others[0]
-        names = {one.name.lower(): one for one in reversed(others) if one.name}
-        chosen = names.get(str(self.column).lower())
-        if chosen is None and isinstance(self.column, int) and 1 <= self.column <= len(columns):
-            chosen = columns[self.column - 1]
-        if chosen is None or chosen is time:
-            allowed = [one.name or str(columns.index(one) + 1) for one in others]
-            raise unknown("column", str(self.column), allowed)
-        return chosen
 
 
 def _time_of(content: Content, also: str) -> Column:
@@ -358,10 +356,6 @@ _REALS = re.compile(r"(\d+)\s+Real-header values follow", re.IGNORECASE)
 _SMC = re.compile(r"\s*[12]\s+(?:UN)?CORRECTED ACCELEROGRAM")
 
 
-def _joined(lines: Lines) -> str:
-    return "\n".join([text for _, text in lines])
-
-
 def _peer(lines: Lines) -> Content | None:
     """PEER .AT2: a header with NPTS, DT and the unit, then five or eight values a line."""
     head = [text[:200] for _, text in lines[:HEADER]]
@@ -402,7 +396,7 @@ def _volume(lines: Lines) -> Content | None:
     headers, then `7601 acceleration pts, approx 38 secs, units=...`.  The step of the latter is
     real header 62 [ms], or 34 [s]; it must agree with the duration beside the values.
     """
-    whole = _joined(lines).lower()
+    whole = "\n".join([text for _, text in lines]).lower()
     if "points of accel" not in whole and "pts," not in whole:
         return None
     marked = [(i, text[:200]) for i, (_, text) in enumerate(lines) if "accel" in text.lower()]
@@ -502,7 +496,7 @@ _DIALECTS = (
 
 
 def _table(lines: Lines, keys: RecordFile) -> Content:
-    body, whole = lines, _joined(lines)
+    body, whole = lines, "\n".join([text for _, text in lines])
     if any(mark in whole for mark in _NOTES):
         cut = ((i, text.partition("#")[0]) for i, text in lines)
         body = [(i, text) for i, text in cut if text.strip() and not _NOTE.match(text)]

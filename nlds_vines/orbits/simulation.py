@@ -496,7 +496,7 @@ def start_state(
     for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
         law = scene.law_at(struck)
         depth = -math.inf if gap is None else sign * state[2] - gap(p)
-        if law.instant and depth > ROUND_OFF * abs(state[2]):
+        if law.instant and depth > ROUND_OFF * max(abs(state[2]), abs(values[0])):
             raise RequestError(
                 f"start: {depth:.3g} m inside the {scene.struck[struck]}, which is rigid under law "
                 f"{law.name!r}"

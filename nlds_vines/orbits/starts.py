@@ -26,7 +26,9 @@ SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both
 # largest displacements in a random start, in static deflections P / k1: of the structure, and of
 # the damper against it
 STRUCTURE_SPREAD, DAMPER_SPREAD = 5.0, 15.0
-ROUND_OFF = 1e-12  # relative depth inside a wall up to which a start counts as on the wall
+# depth inside a wall up to which a start counts as on it, relative to displacements: r is a
+# difference of x1 and x2, whose round-off may exceed that of a small gap
+ROUND_OFF = 1e-12
 FALLBACK_LENGTH = 0.01  # unit of length [m] if no parameter of the system gives one
 
 
@@ -138,14 +140,14 @@ def starts_inside(
     of the starts.  A missing component is at rest.
     """
     rest = scene.rest(parameters) if scene.rest is not None else 0.0
-    r = state.get(scene.components[0], 0.0)
+    x1 = r = state.get(scene.components[0], 0.0)
     if scene.damper:
-        r = r - (state.get("x2", rest) - rest)
+        r = x1 - (state.get("x2", rest) - rest)
     depth = np.full(shape, -np.inf)
     for gap, sign in ((scene.gap_near, 1.0), (scene.gap_far, -1.0)):
         if gap is not None:
             depth = np.maximum(depth, sign * r - gap(parameters))
-    inside = depth > ROUND_OFF * np.abs(r)
+    inside = depth > ROUND_OFF * np.maximum(np.abs(r), np.abs(x1))
     if not inside.any():
         return []
     most = f"{1e3 * float(depth.max()):.4g} mm deep at most"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import load_scan, load_system
+from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import (
     FINENESS,
     LEAST_STEPS,
@@ -122,3 +123,16 @@ def test_the_line_is_that_of_the_states_of_the_kernels_where_there_is_a_wall():
     # a scene without a wall has no start inside
     system = load_system("tmd")
     assert starts_inside(system.scene, system.parameters, {"x2": 1e9}) == []
+
+
+def test_a_start_on_a_rigid_wall_is_on_it_however_far_the_structure_is_displaced(error_of):
+    """A gap of 0.1 mm at 5 m: r = x1 - x2 + rest has the round-off of x1."""
+    system = load_system("ssbl", law="restitution", D=1e-4, e=0.0)
+    near, rest = float(system.cell.near), float(system.cell.rest)
+    for x1 in np.linspace(-5.0, 5.0, 101):
+        on_wall = x1, 0.0, x1 - near + rest, 0.0
+        start_state(system, rest, on_wall)
+        state = dict(zip(system.scene.components, on_wall, strict=True))
+        assert starts_inside(system.scene, system.parameters, state) == []
+    inside = 5.0, 0.0, 5.0 - near + rest - 1e-9, 0.0
+    assert "inside the" in error_of(start_state, system, rest, inside)

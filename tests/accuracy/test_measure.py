@@ -43,13 +43,11 @@ def result_of(confirmed, state, seconds=0.5):
 
 
 def test_errors_are_those_of_the_state_and_short_runs_timed_over_more_periods(confirmed):
-    off = confirmed.state + np.array([0.0, 0.0, 2e-4, -1e-4])
-    result = result_of(confirmed, off)
+    result = result_of(confirmed, confirmed.state + np.array([0.0, 0.0, 2e-4, -1e-4]))
     assert result.error == pytest.approx(2e-4)
     assert result.seconds == pytest.approx(0.5 / 6)
-    assert result_of(confirmed, confirmed.state, seconds=1e-3).seconds == pytest.approx(
-        1e-3 / (6 * 64)
-    )
+    short = result_of(confirmed, confirmed.state, seconds=1e-3)
+    assert short.seconds == pytest.approx(1e-3 / (6 * 64))
 
 
 def test_periods_of_a_settled_orbit_are_timed_as_they_are_computed(confirmed):

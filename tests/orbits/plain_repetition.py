@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.bifurcation.run import Computer
 from nlds_vines.kernels.orbit import orbit, repetition
 from nlds_vines.kernels.orbit.repetition import same_bits
+from scans import computed, scan_of
 
 WANT = ["section", "impacts", "energy", "peak", "clearance", "response", "impact_section"]
 SCANS = {
@@ -20,14 +18,6 @@ SCANS = {
     "set 1": ("ssul-set1", [5.9, 7.3]),
     "irregular": ("vi-nes", [5.5, 6.28]),
 }
-
-
-def computed(name, frequencies):
-    vary, sampling = {"omega": {"values": frequencies}}, {"transient": 170, "periods": 43}
-    scan = load_scan({"system": name, "vary": vary, "sampling": sampling, "record": {"want": WANT}})
-    computer = Computer(scan)
-    (block,) = blocks_of(scan)
-    return computer.block(block)
 
 
 def never(reference, arc, watch, impacts, k, p, last, y):
@@ -51,9 +41,11 @@ def lengths(monkeypatch):
 
 @pytest.mark.parametrize("case", SCANS)
 def test_all_records_have_the_same_bits(case, lengths, monkeypatch):
-    copied = computed(*SCANS[case])
+    name, frequencies = SCANS[case]
+    scan = scan_of(name, WANT, {"omega": frequencies}, transient=170, periods=43)
+    copied = computed(scan)
     monkeypatch.setattr(orbit, "periods_to_run", never)
-    run = computed(*SCANS[case])
+    run = computed(scan)
     assert bool(lengths) == (case != "irregular")
     assert copied.keys() == run.keys()
     for name, values in run.items():

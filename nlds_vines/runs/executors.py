@@ -141,10 +141,9 @@ def as_finished(
                 except Exception as error:
                     failures[item] += 1
                     if failures[item] == MOST_TRIES:
-                        text = f"block {item} has failed {MOST_TRIES} times"
-                        reason = f"{type(error).__name__}: {error}"
                         raise RequestError(
-                            f"{text}, at last: {reason}; --resume tries again"
+                            f"block {item} has failed {MOST_TRIES} times, at last: "
+                            f"{type(error).__name__}: {error}; --resume tries again"
                         ) from error
                     waiting.appendleft(item)
                 else:

@@ -30,8 +30,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         with read(source) as view:
             content = view.content
     task = TASKS.get(content, TASKS[SCAN])  # a scan's says that anything else is none
-    is_scan = content == SCAN or content not in TASKS
-    if not is_scan and (how.shard is not None or how.scheduler is not None):
+    if task is not TASKS[SCAN] and (how.shard is not None or how.scheduler is not None):
         raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
     job: Job = task.part(task.command).Job(task.read(source).request, source, output, None, how)
     status = job.carry_out("rerun", options.dry_run)

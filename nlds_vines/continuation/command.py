@@ -54,7 +54,7 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 def continue_branch(
     system: System | Continuation | str | os.PathLike[str],
     parameter: str | None = None,
-    bounds: tuple[float, float] | None = None,
+    bounds: Sequence[float] | np.ndarray | None = None,
     start: Regime | Sequence[float] | np.ndarray | str | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
@@ -79,7 +79,7 @@ def continue_branch(
         the other arguments override.
     parameter : str, optional
         Name of the free parameter; by default that of the request, or omega.
-    bounds : (float, float), optional
+    bounds : (2,) array_like, optional
         Its smallest and largest value [SI], with `parameter` only.  Start orbits are searched for
         at the system's own value, or at the nearest end.
     start : Regime, array_like or str, optional
@@ -139,9 +139,10 @@ def continue_branch(
     """
     if (parameter is None) != (bounds is None):
         raise RequestError("parameter and bounds belong together")
+    bounds = bounds.tolist() if isinstance(bounds, np.ndarray) else bounds
     for name, value, form in (
-        ("bounds", bounds or (0.0, 0.0), "two numbers"),
-        ("plane", plane or ("", 0.0, 0.0), "a name and two numbers"),
+        ("bounds", (0.0, 0.0) if bounds is None else bounds, "two numbers"),
+        ("plane", ("", 0.0, 0.0) if plane is None else plane, "a name and two numbers"),
     ):
         count = 2 if name == "bounds" else 3
         listed = isinstance(value, Sequence) and not isinstance(value, str)

@@ -54,12 +54,9 @@ def test_an_orbit_that_spends_its_budget_is_stopped(module, budget, most, change
 @pytest.mark.parametrize("place", range(4))
 def test_states_are_bounded(place):
     state = np.zeros(4)
-    for value, fine in ((0.9 * HUGE, True), (1.1 * HUGE, False), (-1.1 * HUGE, False)):
+    for value in (0.9 * HUGE, 1.1 * HUGE, -1.1 * HUGE, math.inf, -math.inf, math.nan):
         state[place] = value
-        assert bounded(*state) == fine
-    for value in (math.inf, -math.inf, math.nan):
-        state[place] = value
-        assert not bounded(*state)
+        assert bounded(*state) == (value == 0.9 * HUGE)
     assert math.isfinite(HUGE * HUGE)  # its energy is a number
 
 

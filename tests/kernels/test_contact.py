@@ -303,16 +303,14 @@ def test_the_cases_are_what_they_say():
     assert {name for name, inside in shares.items() if not inside} == outside
 
 
-def near_orbit(level, method, stops, K=1e6, start=0.0):
+def near_orbit(level, method, stops):
     """Return r at `stops` samples of each period, and (first time, depth, number) of violations."""
-    numbers = {**SSBL, "K": K}
-    cell = kernel_cell(**{**numbers, "near": 0.02, "rest": 0.1, "limit": level})
+    cell = kernel_cell(**{**SSBL, "K": 1e6, "near": 0.02, "rest": 0.1, "limit": level})
     rk4 = None if method == "exact" else True
     parts = Parts(
         rk4, True, WALLS["hertz", False], None, None, None, make_arc(), 28.0, np.inf, 4096.0
     )
     state, section, violation = np.zeros(STATE_SIZE), np.zeros((FOLLOWED * stops, 4)), np.zeros(3)
-    state[3] = start
     buffers = CellBuffers(section=section, violation=violation)
     assert run_cell(parts, cell, state, Span(0, FOLLOWED, stops), buffers) == OK
     r = section[:, 0] - section[:, 2] + 0.1
@@ -382,22 +380,20 @@ def test_one_step_notes_passages_excursions_and_a_far_wall():
     assert log[observe.FIRST_VIOLATION] == pytest.approx(12.0 + 0.01 / 0.3, rel=1e-12)
 
 
-def turning_step(level, beyond=0.0, share=0.02, K=1e6):
+def turning_step(level, beyond=0.0):
     """Return the log of one step over the deepest point of a free impact, as deep behind it.
 
     And the depths at its beginning and at the deepest point; r = 0.1 + z.
     """
-    bodies = {"m1": 1e3, "m2": 1.0, "omega": 1.0, **FREE}
-    side, log = side_of(contact_parts(**bodies, K=K, near=0.1)), np.zeros(6)
-    wall, k = side.wall, side.k
-    deepest = 0.01
-    z = (1.0 - share) * deepest
+    bodies = {"m1": 1e3, "m2": 1.0, "omega": 1.0, "K": 1e6, "near": 0.1, **FREE}
+    side, log = side_of(contact_parts(**bodies)), np.zeros(6)
+    wall, k, z, deepest = side.wall, side.k, 0.0098, 0.01
     s = wall.speed * np.sqrt(deepest**2.5 - z**2.5)
     log[[observe.LIMIT, observe.ORIGIN, observe.FIRST_VIOLATION]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[OLD], k[OLD + 1] = np.sqrt(z), s
-    expand_contact(side, None, (1.0, 0.0), 2.0 / np.sqrt(wall.kappa * deepest**1.5))
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
+    expand_contact(side, None, (1.0, 0.0), high)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)
         advance(side, None, Step((1.0, 0.0), False, h))
@@ -437,14 +433,12 @@ def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit(
     log = np.zeros(6)
     for part, expected in ((0.999, True), (1.001, False)):
         log[observe.LIMIT] = 0.1 + part * depth
-        at_rest = limit.may_pass(side, log, START, 0.01, (1.0, 0.0, side.damper.share))
-        assert at_rest == expected
-        moving = limit.may_pass(side, log, START, 0.01, (1.0, 0.0, 5.0))
-        assert moving
+        at_rest = 1.0, 0.0, side.damper.share
+        assert limit.may_pass(side, log, START, 0.01, at_rest) == expected
+        assert limit.may_pass(side, log, START, 0.01, (1.0, 0.0, 5.0))
     log[observe.LIMIT] = 0.09
     assert limit.may_pass(side, log, START, 0.01, (1e-9, 0.0, 0.0))
+    far = side._replace(sign=-1.0)
     for level, expected in ((-0.11, True), (-0.1, False), (-0.05, False)):
         log[observe.LIMIT] = level
-        assert (
-            limit.may_pass(side._replace(sign=-1.0), log, START, 0.01, (1.0, 0.0, 0.0)) == expected
-        )
+        assert limit.may_pass(far, log, START, 0.01, (1.0, 0.0, 0.0)) == expected

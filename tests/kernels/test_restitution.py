@@ -90,6 +90,7 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
         np.testing.assert_allclose(matrix, difference, rtol=0, atol=near * np.abs(matrix).max())
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
 @pytest.mark.parametrize("e", [1.0, 0.6, 0.0])
 def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):

@@ -28,19 +28,15 @@ def decided(values, largest, width):
     evidence = np.zeros(codes.LENGTH_OF_ROW)
     evidence[codes.LYAPUNOV], evidence[codes.INTERVAL] = largest, width
     scene = Scene(4, -1.35)
-    uncompiled(verdict.note_digits)(scene, record, len(record), len(record), evidence)
-    if uncompiled(verdict.seems_chaotic)(evidence):
+    verdict.note_digits(scene, record, len(record), len(record), evidence)
+    if verdict.seems_chaotic(evidence):
         return codes.CHAOTIC
-    if uncompiled(verdict.seems_quasiperiodic)(scene.trace, evidence):
+    if verdict.seems_quasiperiodic(scene.trace, evidence):
         return codes.QUASIPERIODIC
     return codes.UNDETERMINED
 
 
-def uncompiled(kernel):
-    """Return a kernel as Python runs it: no cache holds code for a type of this file."""
-    return getattr(kernel, "py_func", kernel)
-
-
+@pytest.mark.plain
 def test_what_each_label_needs_of_sequences_made_up():
     # chaos needs an interval above zero
     chaos, _ = logistic(4.0, 2400)
@@ -61,10 +57,11 @@ def test_what_each_label_needs_of_sequences_made_up():
     for columns in ((smooth, rough), (rough, smooth)):
         x1, x2 = columns
         record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(codes.LENGTH_OF_ROW)
-        uncompiled(verdict.note_digits)(Scene(4, -1.35), record, 2400, 2400, evidence)
+        verdict.note_digits(Scene(4, -1.35), record, 2400, 2400, evidence)
         assert evidence[codes.DIGITS] < 4.0
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("decay", "steady"), [(0, True), (1e-3, True), (0.5, False), (4, False), (40, False)]
 )
@@ -75,7 +72,7 @@ def test_a_motion_that_shrinks_is_not_steady(decay, steady):
     for column in (0, 2):  # the displacements
         record = np.stack([even, shrinking, even, shrinking], axis=-1)
         record[:, column] = shrinking
-        assert uncompiled(verdict.is_steady)(Scene(4, -1.35), record, 600, 600) == steady
+        assert verdict.is_steady(Scene(4, -1.35), record, 600, 600) == steady
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ enlarges an error (at least 1), in the orbit's largest displacement and velocity
 """
 
 from collections import Counter
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -109,16 +110,6 @@ def joined(pieces):
     return np.array(rows, float).reshape(-1, 6)
 
 
-class Seen(NamedTuple):
-    """What the twin saw of one orbit, put together; growth: of an error within the period."""
-
-    ends: np.ndarray  # (PERIODS, 4) from the package's section before
-    growth: np.ndarray  # (PERIODS,)
-    contacts: np.ndarray  # rows wall, touch, release, speed, depth, growth
-    clearance: float
-    energies: np.ndarray  # largest E1, E2
-
-
 def sensitivities(states, others, size):
     """Return by contact of a lane how much a nudge of the start has grown up to there (at least 1).
 
@@ -138,7 +129,11 @@ def sensitivities(states, others, size):
 
 
 def twin_of(cases, orbits):
-    """Return the twin's course of each case, and the scales (4,) of its states."""
+    """Return what the twin saw of each case, put together, and the scales (4,) of its states.
+
+    ends: (PERIODS, 4), each from the package's section before; growth: of an error in each period;
+    contacts: rows wall, touch, release, speed, depth, growth; energies: largest E1, E2.
+    """
     models, starts, sizes = [], [], []
     for case, orbit in zip(cases, orbits, strict=True):
         begun = np.vstack([case.start, np.zeros((PERIODS - 1, 4))])
@@ -175,19 +170,12 @@ def twin_of(cases, orbits):
         tops = np.max([(course.E1max, course.E2max) for course in courses], axis=0)
         mine = slice(members[0], members[-1] + 1)
         seen.append(
-            Seen(
-                ends[mine].astype(float), growth[mine], joined(pieces),
-                misses.min(initial=np.inf), tops,
+            SimpleNamespace(
+                ends=ends[mine].astype(float), growth=growth[mine], contacts=joined(pieces),
+                clearance=misses.min(initial=np.inf), energies=tops,
             )
         )  # fmt: skip
     return seen, sizes[::PERIODS]
-
-
-def crowds(contacts, period):
-    """Return by period what its contacts may take of the tolerance together, 1 at least."""
-    touches = contacts[:, 1][~np.isnan(contacts[:, 1])]
-    count = np.histogram(touches, np.arange(PERIODS + 1) * period)[0] + 1
-    return np.maximum(1.0, SHARE * count)
 
 
 def errors_of(case, orbit, seen, scale):
@@ -195,7 +183,10 @@ def errors_of(case, orbit, seen, scale):
     width = orbit.section.shape[1]
     length, speed = scale[0], scale[1]
     states = np.abs(orbit.section - seen.ends[:, :width]) / scale[:width]
-    crowd = crowds(seen.contacts, 2 * np.pi / case.numbers["omega"])
+    # what the contacts of each period may take of the tolerance together, 1 at least
+    touches = seen.contacts[~np.isnan(seen.contacts[:, 1]), 1]
+    ends = np.arange(PERIODS + 1) * 2 * np.pi / case.numbers["omega"]
+    crowd = np.maximum(1.0, SHARE * (np.histogram(touches, ends)[0] + 1))
     errors = {"state": (states.max(1) / seen.growth / crowd).max()}
     depths = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
     worst = max(seen.growth.max(), depths.max(initial=1.0)) * crowd.max()

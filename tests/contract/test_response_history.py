@@ -8,7 +8,6 @@ import h5py
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.linalg import solve_continuous_lyapunov
 from support import linear_flow
 
 import nlds_vines as nv
@@ -17,9 +16,9 @@ from nlds_vines.loads import run
 from nlds_vines.loads.picture import draw
 from nlds_vines.loads.request import load_response_history, natural_period
 from nlds_vines.loads.result import HISTORIES, closed_form
-from nlds_vines.loads.run import arrays_of, numbers_of
+from nlds_vines.loads.run import arrays_of
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.quantities import OF_LOADS, SHARES
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.page import ONE_COLUMN, TWO_COLUMNS
 from nlds_vines.runs.executors import use_threads
@@ -29,12 +28,11 @@ SHORT = {"duration": 12.0, "quiet": True}
 
 
 def made_up(request, cases, stop, tell=None):
-    """Return invented arrays of the cases: every value is 1 or 0."""
-    count, times = len(cases), 0 if request.vary else len(request.times)
+    """Return invented arrays of the cases: every value is 1."""
+    count = len(cases)
     arrays = {entry.name: np.ones(count) for entry in OF_LOADS}
-    if times:
-        arrays |= {name: np.ones((count, times)) for name in HISTORIES}
-        arrays |= {f"dissipated_{path}": np.zeros((count, times)) for path in WAYS}
+    if not request.vary:
+        arrays |= {name: np.ones((count, len(request.times))) for name in HISTORIES}
     return {**arrays, "status": np.zeros(count, int)}
 
 
@@ -96,17 +94,6 @@ def test_the_paper_s_dampers_under_a_blow(impulse, times):
         assert fall.numbers["balance"] < 1e-11
         shares = [energies[-1] for energies in fall.dissipated.values()]
         assert np.nansum(shares) < fall.numbers["energy_in"]
-
-
-@pytest.mark.plain
-@pytest.mark.kernels
-def test_contacts_that_dissipate_take_their_share():
-    system = nv.load_system("ssul-set6", law="restitution", e=0.7)
-    fall = nv.response_history(system, impulse=1000.0, **SHORT)[system.name]
-    assert fall.numbers["balance"] < 1e-11
-    assert fall.dissipated["contact"][-1] > 50.0
-    assert np.diff(fall.dissipated["contact"]).min() > -1e-9
-    assert fall.numbers["impact_count"] >= 5
 
 
 def failed(request, cases, stop, tell=None):
@@ -381,7 +368,6 @@ def test_a_mass_without_a_spring_is_followed_for_one_cell_at_least():
 
 @pytest.mark.kernels
 def test_threads_and_blocks_leave_all_bits_as_they_are():
-    """And a list of parameters and loads has the numbers of a scan."""
     document = {
         "systems": ["ssul-set6"],
         "load": {"impulse": 1.0},
@@ -393,13 +379,8 @@ def test_threads_and_blocks_leave_all_bits_as_they_are():
     whole = arrays_of(request, range(6))
     use_threads(None)
     parts = [arrays_of(request, cases) for cases in (range(1), range(1, 4), range(4, 6))]
-    pairs = [request.case(case) for case in range(6)]
-    grid = {"C": np.array([system.parameters["C"] for system, _ in pairs])}
-    grid["impulse"] = np.array([load.impulse for _, load in pairs])
-    listed = numbers_of(request, request.systems[0], grid, None)
     for name, values in whole.items():
         assert values.tobytes() == np.concatenate([part[name] for part in parts]).tobytes(), name
-        assert values.tobytes() == listed[name].tobytes(), name
     assert np.isfinite(whole["last_1"]).all()
     assert len(set(whole["impact_count"].tolist())) > 1
 
@@ -465,12 +446,9 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
 
     pieces = np.linspace(0.0, high, 60)
     band = 2 * density * sum(quad(square, *two, epsrel=1e-10)[0] for two in pairwise(pieces))
-    # for the whole axis, which is white noise, by Lyapunov's equation A P + P A' + 2 pi S0 b b' = 0
-    white = solve_continuous_lyapunov(A, -2 * np.pi * density * np.outer(b, b))[0, 0]
-    if name == "none":
+    if name == "none":  # on the whole axis, of white noise
         p = system.parameters
-        assert white == pytest.approx(math.pi * density / (p["k1"] * p["c1"]), rel=1e-12)
-    assert band == pytest.approx(white, rel=0.02)
+        assert band == pytest.approx(math.pi * density / (p["k1"] * p["c1"]), rel=0.02)
     squares = arrays["x1_rms"] ** 2
     assert abs(squares.mean() - band) < 3 * squares.std(ddof=1) / math.sqrt(seeds)
 
@@ -667,12 +645,6 @@ def test_the_ground_accelerates_structure_and_damper():
     for computed, exact in ((fall.x1, z[0]), (fall.x2, z[2])):
         np.testing.assert_allclose(computed, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
     assert fall.numbers["balance"] < 1e-12
-    # with impacts, energies balance
-    load = {"half_sine": {"peak": 0.3, "length": 0.5, "unit": "g", "repeat": 3, "every": 1.0}}
-    histories = nv.response_history(["ssbl", "ssul-set6"], load=load, duration=4.0, quiet=True)
-    for fall in histories.results.values():
-        assert fall.numbers["impact_count"] >= 1
-        assert fall.numbers["balance"] < 1e-11
 
 
 def test_a_sweep_stands_beside_its_closed_form(here, answer, refusal, monkeypatch):

@@ -1,6 +1,7 @@
 """Where the texts of a picture stand: which overlap, and which are cut."""
 
 from itertools import combinations
+from unittest import mock
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
@@ -11,16 +12,19 @@ _TOUCH = 2.4  # points by which the boxes of two texts may overlap: boxes are la
 def collisions(figure):
     """Draw a figure and return a line for each text that is cut or overlaps another.
 
-    Two texts must not overlap, and none may reach beyond the figure.  Numbers of ticks outside the
-    limits of their axis are not drawn and do not count.
+    Two texts must not overlap, and none may reach beyond the figure.
     """
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    canvas, drawn, draw = FigureCanvasAgg(figure), {}, Text.draw
+
+    def noted(text, renderer):
+        if text.get_visible() and text.get_text().strip():
+            drawn[text] = None
+        draw(text, renderer)
+
+    with mock.patch.object(Text, "draw", noted):
+        canvas.draw()
     renderer, shrink = canvas.get_renderer(), _TOUCH * figure.dpi / 72 / 2
-    boxes = []
-    for text in _texts(figure):
-        box = Text.get_window_extent(text, renderer)
-        boxes.append((text.get_text(), box))
+    boxes = [(text.get_text(), Text.get_window_extent(text, renderer)) for text in drawn]
     page = figure.bbox.padded(0.5)
     cut = [
         f"{words!r} is cut"
@@ -32,20 +36,3 @@ def collisions(figure):
         for (one, a), (other, b) in combinations(boxes, 2)
         if a.padded(-shrink).overlaps(b.padded(-shrink))
     ]
-
-
-def _texts(figure):
-    """Yield the texts of a figure that are drawn."""
-    axes_of = [*figure.axes, *(child for axes in figure.axes for child in axes.child_axes)]
-    hidden = {axes for axes in axes_of if not axes.axison}
-    ticks = {}
-    for axes in axes_of:
-        for axis in (axes.xaxis, axes.yaxis):
-            shown = axis.get_visible() and axes not in hidden
-            drawn = axis._update_ticks() if shown else []
-            for tick in (*axis.majorTicks, *axis.minorTicks):
-                ticks[tick.label1] = ticks[tick.label2] = tick in drawn
-            ticks[axis.label] = ticks[axis.offsetText] = shown
-    for text in figure.findobj(Text):
-        if text.get_visible() and text.get_text().strip() and ticks.get(text, True):
-            yield text

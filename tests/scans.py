@@ -50,20 +50,17 @@ def stored(scan, arrays):
     return {name: np.asarray(arrays[name], kind) for name, kind in kinds.items()}
 
 
-def written(path, scan, blocks, results, missing=(), **how):
-    """Do a run of a scan whose blocks have these results; return the path of its archive.
-
-    The blocks in `missing` are computed by others.
-    """
+def written(path, scan, blocks, results, **how):
+    """Do a run of a scan whose blocks have these results; return the path of its archive."""
     from nlds_vines.bifurcation.run import writer_of  # which loads the kernels
 
-    store, keys = Blocks(path, scan), [block.index for block in blocks]
+    store = Blocks(path, scan)
 
     def work():
         for block in blocks:
-            if store.load(block.index) is None and block.index not in missing:
+            if store.load(block.index) is None:
                 store.save(block.index, stored(scan, results(block)))
-        return None if store.missing(keys) else writer_of(scan, store, blocks)
+        return writer_of(scan, store, blocks)
 
     store.carry_out(RunOptions(**how), work)
     return path

@@ -219,14 +219,6 @@ def test_who_is_last_to_name_the_archive_leaves_the_first_one(path, monkeypatch,
     assert os.listdir(path.parent) == [path.name]
 
 
-def test_shards_make_the_archive_when_all_blocks_are_there(path, whole):
-    scan = make_scan()
-    written(path, scan, cut(scan), lambda b: results(scan, b), missing=[1], shard=Shard(1, 2))
-    assert not path.exists()
-    assert run(path, scan, shard=Shard(2, 2)) == [1]
-    assert content(path) == whole
-
-
 @pytest.mark.parametrize("links", [True, False])
 @pytest.mark.parametrize("kind", ["file", "link", "folder"])
 def test_what_comes_into_being_meanwhile_is_kept(path, whole, monkeypatch, links, kind):

@@ -101,6 +101,7 @@ def test_threads_blocks_and_shards_do_not_matter(every, tmp_path, cut):
         assert compute(tmp_path / f"{cells}.h5", scan, threads=2) == whole
     assert len(counts) > 1 or len(scan.axes) == 1  # an axis that is followed stays whole
     for shard in (Shard(1, 2), Shard(2, 2)):
+        assert not (tmp_path / "shared.h5").exists() or counts == {1}
         run(scan, tmp_path / "shared.h5", RunOptions(shard=shard, quiet=True))
     assert content(tmp_path / "shared.h5") == whole
 

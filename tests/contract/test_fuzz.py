@@ -4,7 +4,6 @@ Whatever is asked, an error is one line, no file is changed, and it takes ten se
 """
 
 import contextlib
-import hashlib
 import io
 import random
 import time
@@ -15,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import contents
 from made_up import MAP, make_scan, write
 
 import nlds_vines as nv
@@ -46,26 +46,21 @@ WRONG_TYPE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticErro
 """What Python may raise for an argument of another type than a function takes."""
 
 
-def files(folder):
-    paths = (path for path in Path(folder).rglob("*") if path.is_file())
-    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
-
-
 def broken_by(ask, folder):
     """Return in words how a question breaks the rule; `ask` returns a status and the errors."""
-    before, began = files(folder), time.process_time()
+    before, began = contents(folder), time.process_time()
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             status, errors = ask()
     except BaseException:
         return traceback.format_exc()
-    took, after = time.process_time() - began, files(folder)
+    took, after = time.process_time() - began, contents(folder)
     wrong = {
         f"status {status}": status not in (0, 1, 2),
         f"lines: {errors[:500]!r}": status == 2 and len(errors.splitlines()) != 1,
         errors[-500:]: "Traceback" in errors,
         f"{took:.1f} s": took > SECONDS,
-        "a file is changed": any(after.get(path) != digest for path, digest in before.items()),
+        "a file is changed": any(after.get(name) != data for name, data in before.items()),
         "files are left": status == 2 and bool(after.keys() - before.keys()),
     }
     return "; ".join(words for words, is_wrong in wrong.items() if is_wrong)

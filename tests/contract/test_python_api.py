@@ -194,6 +194,11 @@ def test_a_notebook_has_a_bar_and_says_what_is_compiled(shown, capsys):
         bar.note(4, "4 T,1")
     assert "4/4" in shown[-1]
     assert "4 T,1" in shown[-1]
+    notice = progress.Notice()  # of a single orbit
+    for words, seconds in (("compiling", 0.0), ("compiling", 1.0), ("", 2.0)):
+        notice(words, seconds)
+    assert shown[-1] == "compiling: done in 2 s"
+    assert any("compiling: 1 s" in text for text in shown)
     assert capsys.readouterr() == ("", "")
 
 
@@ -208,15 +213,6 @@ def test_a_notebook_shows_a_figure(shown, monkeypatch):
     figure = nv.orbit_portrait("none", periods=4, transient=1, panels=["displacement"])
     data, _ = shell.display_formatter.format(figure)
     assert "image/png" in data
-
-
-def test_in_a_notebook_a_single_orbit_says_it_too(shown):
-    notice = progress.Notice()
-    notice("compiling", 0.0)
-    notice("compiling", 1.0)
-    notice("", 2.0)
-    assert shown[-1] == "compiling: done in 2 s"
-    assert any("compiling: 1 s" in text for text in shown)
 
 
 SHORT = {"transient": 20, "periods": 12}
@@ -254,8 +250,7 @@ def test_a_file_has_what_memory_has_and_both_are_pickled_opened_and_read(here):
     named, nameless = scan(to="scan.h5"), scan()
     assert named == ArchivePath("scan.h5")
     assert os.listdir(here) == ["scan.h5"]
-    a, b = (one.to_xarray() for one in (named, nameless))
-    assert a.equals(b)
+    assert named.to_xarray().equals(nameless.to_xarray())
     with pytest.raises(nv.RequestError, match=r"scan\.h5' exists"):
         scan(to="scan.h5")
     assert scan(to="scan.h5", resume=True) == named

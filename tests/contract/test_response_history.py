@@ -454,25 +454,6 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
 
 
 @pytest.mark.kernels
-def test_the_last_times_lie_where_a_finer_history_crosses():
-    """Histories of a hundred times as many states, in which a straight line finds the crossing."""
-    coarse, fine = (
-        nv.response_history(
-            "ssul-set6", impulse=1000.0, duration=6.0, sampling={"samples": n}, quiet=True
-        )
-        for n in (16, 6400)
-    )
-    name = coarse.request.systems[0].name
-    energies, time = fine[name].E1, fine[name].time
-    for share in (0.1, 0.5):
-        level = share * coarse[name].numbers["E1max"]
-        i = np.flatnonzero(energies > level)[-1]
-        over, under = energies[i] - level, level - energies[i + 1]
-        last = time[i] + (time[i + 1] - time[i]) * over / (over + under)
-        assert coarse[name].numbers[f"last_{100 * share:g}"] == pytest.approx(last, abs=1e-7)
-
-
-@pytest.mark.kernels
 @pytest.mark.parametrize("impulse", [500.0, 1000.0])
 def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
     """A cell with a contact is looked at three times; two leave 1e-10 s of its width."""

@@ -231,9 +231,7 @@ def test_verdicts_and_spectra_agree_where_both_can_tell():
     regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
     agreed = agreement(np.array([codes[word] for word in regime]), period, spectral, 120)
     assert agreed.tolist() == [KEPT.get(word, -1) for word in expected]
-
-
-def test_the_words_for_what_a_spectrum_says_and_its_background():
+    # the words for what a spectrum says
     shares = (1e-5, 5e-4, 1e-2)
     assert [spectral_label(1, 0.0, 60), spectral_label(3, 1e-2, 60)] == ["T", "3T"]
     assert [spectral_label(0, s, 120) for s in shares] == ["lines", "unclear", "broadband"]

@@ -185,9 +185,7 @@ def test_random_starts_have_the_colors_of_the_attractors_that_they_are_on(pictur
     (strip,) = strips(figure)  # one, in which each cell shows all of its starts
     heights = {round(patch.get_height(), 3) for patch in strip.patches}
     assert heights == {round(1 / 3, 3)}
-
-
-def test_rest_up_and_down_have_three_colors(picture):
+    # rest, up and down have three colors
     figures = [picture(start={"policy": policy}) for policy in ("rest", "up", "down")]
     assert len({figure.axes[0].get_lines()[0].get_color() for figure in figures}) == 3
 

@@ -228,7 +228,7 @@ def test_hash_ignores_words_and_sees_whatever_changes_numbers():
     assert len({base.hash, *(load_scan(MINIMAL, change).hash for change in changes)}) == 11
 
 
-def test_draws_depend_on_the_seed_alone():
+def test_draws_depend_on_the_seed_alone_and_no_other_starts_are_counted(error_of):
     def draws(count, seed):
         return start_states(Start("random", count, seed))
 
@@ -239,6 +239,13 @@ def test_draws_depend_on_the_seed_alone():
     many = draws(10_000, 0)
     assert -1 <= many.min() < -0.99
     assert 0.99 < many.max() < 1
+    # only random starts are counted, and both sweeps are two
+    for wrong in ({"policy": "up", "count": 2}, {"policy": "both", "count": 2}, {"seed": 1}):
+        assert "count and seed" in error_of(Start, **wrong)
+    both = Start("both")
+    assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
+    assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
+    assert Start("random", 3).names == ("random 0", "random 1", "random 2")
 
 
 def test_random_states_measure_in_static_deflections():
@@ -277,15 +284,6 @@ def test_random_states_are_finite_and_differ_in_every_limit():
     assert np.all(np.isfinite(states))
     assert np.all(np.abs(states[..., 0]) > 0)
     assert np.all(np.diff(np.sort(states[..., 0])) > 0)
-
-
-def test_only_random_starts_are_counted_and_both_sweeps_are_two(error_of):
-    for wrong in ({"policy": "up", "count": 2}, {"policy": "both", "count": 2}, {"seed": 1}):
-        assert "count and seed" in error_of(Start, **wrong)
-    both = Start("both")
-    assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
-    assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
-    assert Start("random", 3).names == ("random 0", "random 1", "random 2")
 
 
 MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml")])

@@ -99,9 +99,6 @@ def grazing(laws=(), limit=None):
     )  # fmt: skip
 
 
-RIGID = (SimpleNamespace(instant=True),)
-
-
 def start_at(system, value, state, n=1, bounds=None, sign=1.0):
     """Return the first point of a branch, toward larger parameters or smaller ones."""
     bounds = bounds or Bounds(0.0, 1.0)
@@ -157,15 +154,6 @@ def test_a_tangent_has_length_one_a_direction_and_angles_by_weights():
     a = arclength.Point(point.cycle, np.array([1.0, 0.0]), np.array([1.0, 0.5]), 1.0)
     b = arclength.Point(point.cycle, np.array([1.0, 2.0]), np.array([1.0, 0.5]), 1.0)
     assert angle_of(a, b) == pytest.approx(acos(sqrt(0.5)), rel=1e-14)
-
-
-def test_test_functions_are_what_their_text_says():
-    cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
-    tests = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
-    mu = cycle.multipliers
-    assert tests["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
-    assert tests["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
-    assert tests["LP"] > 0.0
 
 
 def test_steps_lengthen_on_a_straight_branch_and_shorten_where_it_bends():
@@ -240,6 +228,13 @@ def test_small_tools_of_special_points():
     cycle = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
     other = 3.3 * cycle.state[0] * (1.0 - cycle.state[0])
     assert half_of(cycle)[0] == pytest.approx(other - cycle.state[0], rel=1e-14)
+    # test functions are what their text says
+    cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
+    tests = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
+    mu = cycle.multipliers
+    assert tests["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
+    assert tests["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
+    assert tests["LP"] > 0.0
 
 
 def test_a_sign_change_is_narrowed_down_to_round_off():
@@ -389,8 +384,9 @@ def test_a_branch_ends_at_a_bound_closed_unstable_or_lost():
 
 
 def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
+    rigid = grazing((SimpleNamespace(instant=True),))
     for value, sign, labels in ((0.2, 1.0, ("T,0", "T,1")), (0.9, -1.0, ("T,1", "T,0"))):
-        arm = arm_of(grazing(RIGID), (0.0, 1.0), value, 0.5 * value, sign=sign)
+        arm = arm_of(rigid, (0.0, 1.0), value, 0.5 * value, sign=sign)
         (end,) = arm.specials
         assert (arm.end, end.kind, end.wall) == ("grazing", "GR", "near")
         assert (end.before, end.after) == labels

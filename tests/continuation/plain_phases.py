@@ -44,7 +44,7 @@ def down(case, low):
     return follow(zero, start, Bounds(low, 2.5))
 
 
-def test_a_branch_goes_on_where_an_impact_passes_phase_zero():
+def test_a_branch_goes_on_where_an_impact_passes_phase_zero_and_ends_where_two_graze():
     arm = down(BEFORE, 1.2)
     assert arm.end == "bound"
     assert not arm.specials
@@ -55,9 +55,7 @@ def test_a_branch_goes_on_where_an_impact_passes_phase_zero():
     assert {cycle.since for cycle in cycles} == {0.0}
     jumps = np.sort(np.abs(np.diff([cycle.state[3] for cycle in cycles])))
     assert jumps[-1] > 1.0 > 0.2 > jumps[-2]
-
-
-def test_impacts_at_both_walls_graze_as_one():
+    # impacts at both walls graze as one
     arm = down(SOFT, 1.0735)
     assert arm.end == "grazing"
     (special,) = arm.specials

@@ -40,9 +40,7 @@ def test_the_branch_of_set_6_is_whole_and_its_special_points_are_sharp(set6):
     # determinants are what the damping makes them
     for branch in set6.branches:
         assert branch.determinant_error.max() < 1e-6
-
-
-def test_multipliers_tell_each_kind(set6):
+    # multipliers tell each kind
     pairs = set6.tables["special_multipliers"]
     mu = pairs[..., 0] + 1j * pairs[..., 1]
     for row, values in zip(set6.special_points, mu, strict=True):

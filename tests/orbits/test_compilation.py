@@ -95,9 +95,7 @@ def test_the_estimate_corrects_itself_by_the_pace_of_this_machine(begun):
         assert follower._words(usual).endswith(f"about {24 - usual:.0f} s to go")
         assert follower._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
         assert follower._words(1e4 * usual).endswith("s to go")
-
-
-def test_the_time_of_compiling_is_known(begun):
+    # the time of compiling is known
     before = Compilation.waited
     with Compilation(USUAL, None, helped=False).followed(LANES):
         compiled(lanes.run_lanes)

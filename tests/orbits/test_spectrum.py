@@ -104,9 +104,7 @@ def test_folded_harmonics_stay_on_a_comb_that_suits_the_periods(error_of):
     for n in (5, 24, -1):
         assert f"n = {n}" in error_of(of(wave(1)).broadband_share, n)
     assert "n = 6 does not suit" in error_of(of(wave(1), window="hann").broadband_share, 6)
-
-
-def test_few_bins_hold_a_line_and_many_a_noise(error_of):
+    # few bins hold a line, and many a noise
     assert of(wave(1) + wave(2 / 3)).bins_holding(0.99) == 2
     assert of(wave(1), window="hann").bins_holding(1.0) >= 3
     assert of(noise()).bins_holding(0.9) > TIME.size / 8

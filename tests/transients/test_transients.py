@@ -49,9 +49,7 @@ def test_lifetimes_shares_and_words_of_an_ensemble():
         *("watched for 900 to 900", "half by 90", "99% not yet", "beyond 50 periods"),
     ):
         assert words in text
-
-
-def test_no_lifetimes_and_none_beyond_the_delay_are_told_too():
+    # also that there are none, or none beyond the delay
     for rows, words in (
         ((5, None), "lifetimes: none"), ((0, 1), "no law of decay"), ((3, 4), "or more"),
     ):  # fmt: skip

@@ -24,7 +24,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import CONTACT, DESCRIBED, INITIAL, PHASE, Parameter, component_of
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
-from nlds_vines.runs.progress import told
+from nlds_vines.runs.progress import listeners
 
 MOST_ORBITS = 40_000  # of a part that is computed finer: about a minute on two processors
 FEWEST = 3  # the fewest cells along each axis
@@ -287,7 +287,7 @@ class Opened:
         """Follow one orbit, which loads or compiles the kernels, then compute the scan."""
         from nlds_vines.orbits.simulation import IntegrationError
 
-        told.append(self._tell)
+        listeners.append(self._tell)
         try:
             cell = self.results.middle
             system = self.results.system_of(cell)
@@ -296,7 +296,7 @@ class Opened:
         except (RequestError, IntegrationError):
             pass  # the page shows this error if the cell is chosen
         finally:
-            told.remove(self._tell)
+            listeners.remove(self._tell)
             gc.freeze()  # modules and kernels stay: no click waits until they are searched
             gc.enable()
         self.kernels = READY

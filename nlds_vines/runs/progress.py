@@ -19,7 +19,7 @@ TICK = 1.0  # seconds between looks at the clock while something lasts of which 
 
 # takes what is waited for, and since how many seconds; an empty text when that has ended
 Tell = Callable[[str, float], object]
-told: list[Tell] = []  # of what is under way, the innermost last
+listeners: list[Tell] = []  # of what is under way, the innermost last
 
 
 class Progress:
@@ -42,11 +42,11 @@ class Progress:
     def __enter__(self) -> Progress:
         if not self._quiet:
             self._bar = bar(total=self._total, initial=self._done, unit=self._unit)
-        told.append(self.wait)
+        listeners.append(self.wait)
         return self
 
     def __exit__(self, *_: object) -> None:
-        told.remove(self.wait)
+        listeners.remove(self.wait)
         if self._bar is not None:
             self._bar.close()
 
@@ -93,7 +93,7 @@ class Progress:
 
 def notice() -> Tell:
     """Return a `Tell` for Python: that of the innermost progress under way, or a `Notice`."""
-    return told[-1] if told else Notice()
+    return listeners[-1] if listeners else Notice()
 
 
 class Notice:

@@ -1,6 +1,6 @@
 """Verdicts: what each label needs, on sequences made up and on orbits whose nature is known."""
 
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,11 +15,8 @@ pytestmark = pytest.mark.kernels
 EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m1 - c2/m2
 
 
-class Scene(NamedTuple):
-    """What the averages and the exponent need to know of a flow."""
-
-    size: int
-    trace: float
+SCENE = SimpleNamespace(size=4, trace=-1.35)
+"""What the averages and the exponent need to know of a flow."""
 
 
 def decided(values, largest, width):
@@ -27,11 +24,10 @@ def decided(values, largest, width):
     record = np.stack([values, values, values, values], axis=-1)
     evidence = np.zeros(codes.LENGTH_OF_ROW)
     evidence[codes.LYAPUNOV], evidence[codes.INTERVAL] = largest, width
-    scene = Scene(4, -1.35)
-    verdict.note_digits(scene, record, len(record), len(record), evidence)
+    verdict.note_digits(SCENE, record, len(record), len(record), evidence)
     if verdict.seems_chaotic(evidence):
         return codes.CHAOTIC
-    if verdict.seems_quasiperiodic(scene.trace, evidence):
+    if verdict.seems_quasiperiodic(SCENE.trace, evidence):
         return codes.QUASIPERIODIC
     return codes.UNDETERMINED
 
@@ -57,7 +53,7 @@ def test_what_each_label_needs_of_sequences_made_up():
     for columns in ((smooth, rough), (rough, smooth)):
         x1, x2 = columns
         record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(codes.LENGTH_OF_ROW)
-        verdict.note_digits(Scene(4, -1.35), record, 2400, 2400, evidence)
+        verdict.note_digits(SCENE, record, 2400, 2400, evidence)
         assert evidence[codes.DIGITS] < 4.0
 
 
@@ -72,7 +68,7 @@ def test_a_motion_that_shrinks_is_not_steady(decay, steady):
     for column in (0, 2):  # the displacements
         record = np.stack([even, shrinking, even, shrinking], axis=-1)
         record[:, column] = shrinking
-        assert verdict.is_steady(Scene(4, -1.35), record, 600, 600) == steady
+        assert verdict.is_steady(SCENE, record, 600, 600) == steady
 
 
 @pytest.mark.parametrize(

@@ -143,6 +143,9 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
     place = list(panels_of(request)).index(name)
     panel = place + 1 if len(request.panels) > 1 else 1
     curves = [curve for curve in results.curves if curve.case.panel == panel]
+    if request.values.size > 1:
+        frame.set_xlim(*request.values[[0, -1]])
+    frame.tick_params(top=True, right=True)
     if name == REDUCTION:  # by each damper in percent, from -100 % on; zero is marked
         frame.axhline(0, color=RESONANCE, linewidth=0.7, zorder=2)
         curves = [curve for curve in curves if REDUCTION in curve.numbers]
@@ -154,47 +157,38 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
         below = [(c, c.values[100 * c[REDUCTION] < _LEAST_REDUCTION]) for c in curves]
         _mark_below(frame, below, f"below \N{MINUS SIGN}{-_LEAST_REDUCTION:g} %")
         frame.set_ylabel("reduction [%]")
-    else:
-        shown = request.show[place if len(request.show) > 1 else 0]
-        _draw_quantity(frame, curves, request, shown)
-    if request.values.size > 1:
-        frame.set_xlim(*request.values[[0, -1]])
-    frame.tick_params(top=True, right=True)
-
-
-def _draw_quantity(
-    frame: Axes, curves: Sequence[ResponseCurve], request: CurveRequest, name: str
-) -> None:
+        return
+    shown = request.show[place if len(request.show) > 1 else 0]
     for curve in curves:
-        _shade(frame, curve, name)
+        _shade(frame, curve, shown)
     natural = _natural_frequencies([curve.case for curve in curves], request)
     for frequency, color in natural.items():  # one line, or a tick for each of several
         line: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
         if len(natural) > 1:
             line = {"color": color, "linewidth": 1.2, "ymin": 0.94}
         frame.axvline(frequency, zorder=2, **line)
-    with_damper = name == ENERGY and request.damper_energy
-    recorded = [curve for curve in curves if name in curve.numbers]
+    with_damper = shown == ENERGY and request.damper_energy
     for curve in curves:
         look, numbers = _look_of(curve.case), curve.numbers
-        for start in range(curve.case.scan.starts if name in numbers else 0):
+        for start in range(curve.case.scan.starts if shown in numbers else 0):
             width = look["linewidth"] * (_THIN if start else 1.0)
-            _draw_curve(frame, curve, numbers[name], look | {"linewidth": width}, start)
+            _draw_curve(frame, curve, numbers[shown], look | {"linewidth": width}, start)
         if with_damper and "E2max" in numbers and curve.case.scan.system.scene.damper:
             _draw_curve(frame, curve, numbers["E2max"], look | {"linestyle": _DOTTED})
-    up = quantity_label(name, BY_NAME[name].unit, BY_NAME[name].words, request.body)
+    up = quantity_label(shown, BY_NAME[shown].unit, BY_NAME[shown].words, request.body)
     if with_damper:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)
     _limit_ordinate(frame, [frame], request)
     if request.log:
-        _mark_below(frame, [(c, c.values[c[name] <= 0.0]) for c in recorded], "zero")
-    for case in (curve.case for curve in curves if request.manifold and name in _OF_HARMONIC):
+        recorded = [curve for curve in curves if shown in curve.numbers]
+        _mark_below(frame, [(c, c.values[c[shown] <= 0.0]) for c in recorded], "zero")
+    for case in (curve.case for curve in curves if request.manifold and shown in _OF_HARMONIC):
         if (manifold := case.manifold) is not None:
             across, amplitude = manifold.response().outline
             m1, k1, _ = case.scan.system.structure
             look = _MANIFOLD | {"color": case.color, "scalex": False, "scaley": False}
-            frame.plot(across, _OF_HARMONIC[name](m1, k1, across, amplitude), **look)
+            frame.plot(across, _OF_HARMONIC[shown](m1, k1, across, amplitude), **look)
 
 
 def _draw_curve(

@@ -18,26 +18,11 @@ from matplotlib.ticker import PercentFormatter
 from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.choices import (
-    GROUPS,
-    SECTION,
-    Quantity,
-    Slice,
-    in_legend,
-    quantities_in,
-    rows_of,
-)
+from nlds_vines.bifurcation.picture import choices
+from nlds_vines.bifurcation.picture.choices import SECTION, Quantity, Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS, final
-from nlds_vines.model.quantities import (
-    BELOW,
-    CURVES,
-    ERROR,
-    QUANTITIES,
-    TOUCHED,
-    drawn_in,
-    scale_of,
-)
+from nlds_vines.model.quantities import BELOW, BY_NAME, CURVES, ERROR, TOUCHED, drawn_in, scale_of
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, one_regime, spread
 from nlds_vines.plotting.chosen_panels import several_panels
@@ -83,8 +68,8 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     panel.  Above the panels strips name the regimes.  Hatched are orbits that pass the limit of
     their scene.  Raises `RequestError` where nothing is recorded to draw.
     """
-    cuts, drawn = slices_of(view), quantities_in(view)
-    shown = _usual_rows(view, cuts, drawn) if show is None else rows_of(show, drawn)
+    cuts, drawn = slices_of(view), choices.quantities_in(view)
+    shown = _usual_rows(view, cuts, drawn) if show is None else choices.rows_of(show, drawn)
     is_one, tiers = len(cuts) == 1, list[Tier]()
     for cut in cuts:
         of_cut = [name for name in shown if is_one or not drawn[name].single]
@@ -150,8 +135,10 @@ def slices_of(view: ArchiveView) -> list[Slice]:
 
 def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
     """Draw one quantity of a diagram into axes, or the strip for `regimes`."""
-    cuts, recorded = slices_of(view), quantities_in(view)
-    rows = _usual_rows(view, cuts, recorded)[:1] if show is None else rows_of(show, recorded)
+    cuts, recorded = slices_of(view), choices.quantities_in(view)
+    rows = (
+        _usual_rows(view, cuts, recorded)[:1] if show is None else choices.rows_of(show, recorded)
+    )
     if len(rows) > 1:
         raise several_panels(str(show), recorded)
     if len(cuts) > 1 and (not rows or not recorded[rows[0]].single):
@@ -172,7 +159,7 @@ def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
     below = [name for name in drawn_in(BELOW) if name in recorded]
-    places = [name for name in GROUPS["displacement"] if name in recorded]
+    places = [name for name in choices.GROUPS["displacement"] if name in recorded]
     places += [name for name in drawn_in(TOUCHED) if name in recorded]
     if not places:
         numbers = [name for name in drawn_in(CURVES) if name in recorded]
@@ -188,7 +175,7 @@ def _usual_rows(
 # ---- panels: a quantity over one parameter in dots or curves, a spectrum in colors ---------------
 
 
-_WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
+_WIDTHS = {name: entry.width for name, entry in BY_NAME.items() if entry.width}
 
 PASSES = "passes the limit"  # what a legend says of hatched cells and crossed marks
 REDUCTION = "reduction"  # the share of E1max that a damper takes away: in percent on axes
@@ -400,7 +387,7 @@ def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
     words = palette.ordered(labels.ravel().tolist())
-    names = [in_legend(palette.short(word), cut.view) for word in words]
+    names = [choices.in_legend(palette.short(word), cut.view) for word in words]
     looks = zip(words, names, strict=True)
     return [Look(labels == word, palette.ink_of(word), name) for word, name in looks]
 
@@ -413,7 +400,7 @@ def alike(cut: Slice, numbers: np.ndarray | None = None) -> np.ndarray:
     (cells, starts, 1).  Equal numbers alone do not suffice: just beyond grazing T,0 and T,2 have
     nearly the same energy.  Two orbits that are not periodic and have one label count as alike.
     """
-    drawn = quantities_in(cut.view)
+    drawn = choices.quantities_in(cut.view)
     of_section = [item for item in drawn.values() if item.dataset == SECTION]
     places = of_section or [item for item in drawn.values() if item.name == "E1max"]
     compared = [cut.of(item) for item in places]
@@ -493,7 +480,7 @@ def legend_of_strips(cuts: Sequence[Slice], left_out: Sequence[str]) -> list[Any
     labeled = [cut for cut in cuts if cut.labels() is not None]
     is_one_stack = len(cuts) == 1 and len(cuts[0].starts) > MOST_STRIPS  # dots are in the legend
     if not is_one_stack and any(np.any(cut.labels() == CHAOS) for cut in labeled):
-        text = in_legend(CHAOS, labeled[0].view)
+        text = choices.in_legend(CHAOS, labeled[0].view)
         handles.append(Patch(facecolor=palette.OTHERS[CHAOS], label=text))
     words = palette.in_order({palette.drawn_as(word) for word in left_out})
     for word in words[:_MOST_LEFT_OUT]:

@@ -19,14 +19,7 @@ from matplotlib.ticker import PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
-from nlds_vines.bifurcation.picture.maps import (
-    draw_basins,
-    draw_manifold,
-    fill_map,
-    name_regimes,
-    regime_map,
-    why_no_basins,
-)
+from nlds_vines.bifurcation.picture.maps import draw_basins, regime_map, why_no_basins
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import SAMPLE
 from nlds_vines.model.labels import by_frequency, finals
@@ -210,16 +203,7 @@ class ScanPicture(Drawing):
         chosen = choices.usual_show(recorded, labeled) if show is None else show
         if chosen is None:
             raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
-        if ax is None:
-            return regime_map(view, chosen, page, self.manifold)
-        return into(ax, lambda: self._fill(ax, view, chosen))
-
-    def _fill(self, axes: Axes, view: ArchiveView, show: str) -> None:
-        fill_map(axes, view, show)
-        if show == choices.REGIMES:
-            name_regimes(axes, view)
-        if self.manifold:
-            draw_manifold([axes], view)
+        return regime_map(view, chosen, page, self.manifold, ax)
 
 
 PICTURE = ScanPicture()  # what draws the archive of a scan

@@ -66,9 +66,16 @@ _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the lim
 
 @styled()
 def regime_map(
-    view: ArchiveView, show: str, page: Page = TWO_COLUMNS, manifold: bool = False
+    view: ArchiveView, show: str, page: Page, manifold: bool = False, ax: Axes | None = None
 ) -> Figure:
     """Return the map of a scan of two parameters; the first runs to the right, the second up."""
+    if ax is not None:  # one panel alone
+        fill_map(ax, view, show)
+        if show == choices.REGIMES:
+            name_regimes(ax, view)
+        if manifold:
+            draw_manifold([ax], view)
+        return figure_of(ax)
     starts = view["start"].size
     if show == choices.SHARES or show.startswith(choices.SHARE):
         figure, grid, panels = _draw_shares(view, show, page)

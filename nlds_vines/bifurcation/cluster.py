@@ -17,9 +17,6 @@ from nlds_vines.errors import RequestError, shown
 
 CONNECT_SECONDS = 30.0  # seconds to reach a scheduler
 
-_UNREACHABLE = (OSError, ValueError, TypeError, RuntimeError, ImportError, TimeoutError)
-"""The errors of a client: TypeError where it has no certificate for an address `tls://`."""
-
 
 @contextmanager
 def workers(scheduler: str, threads: int | None) -> Iterator[Executor]:
@@ -76,7 +73,8 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
             address.adapt(minimum=count, maximum=count)
         try:
             client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-        except _UNREACHABLE as error:
+        except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+            # a TypeError: without a certificate for an address `tls://`
             text = f"--scheduler {shown(scheduler)} cannot be reached"
             raise RequestError(f"{text}: {error}") from error
         stack.enter_context(client)

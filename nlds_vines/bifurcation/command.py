@@ -28,6 +28,7 @@ from nlds_vines.errors import RequestError, choice, from_text
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.labels import KEPT
 from nlds_vines.model.system import System, parameters_in_words
+from nlds_vines.orbits.records import failures_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
@@ -236,7 +237,7 @@ class Job(commands.Job):
         return super().paths() if there else ["the last shard to end writes the archive"]
 
     def failure(self, results: Report) -> str:
-        return results.why_failed()
+        return failures_in_words(results.failures, results.lanes)
 
 
 def _can_be_drawn(scan: Scan) -> bool:

@@ -94,10 +94,6 @@ class Report:
         others = self.labels.total() - sum(count for _, count in common)
         return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
 
-    def why_failed(self) -> str:
-        """Return how many orbits failed, why, and the remedy; empty if none failed."""
-        return records.failures_in_words(self.failures, self.lanes)
-
     def summary(self) -> str:
         which = f"shard {self.shard}: " if self.shard else ""
         text = f"{which}{self.lanes} orbits in {self.seconds:.1f} s"

@@ -6,6 +6,7 @@ import shlex
 import signal
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,6 +21,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.terminal import exit_status_of
 from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.system import System
+from nlds_vines.orbits.records import DIVERGED
 from nlds_vines.runs.executors import Shard, most_threads
 from paper.request import load_figure
 
@@ -39,7 +41,7 @@ def calls(here, monkeypatch):
         return SimpleNamespace(
             lanes=scan.lanes,
             labels={"T,0": 1, "chaos": 1},
-            why_failed=lambda: f"{asked.failed} of 1201 orbits failed" if asked.failed else "",
+            failures=Counter({DIVERGED: asked.failed} if asked.failed else {}),
             summary=lambda: "the summary",
             remarks=lambda: ["a remark"],
         )

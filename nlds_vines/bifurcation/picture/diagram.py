@@ -247,9 +247,8 @@ def fill_panel(
 def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
     handles: list[Any] = []
     if len(cuts) > 1 and rows:
-        line: dict[str, Any] = {"linewidth": 1.2}
         handles = [
-            Line2D([], [], color=color, label=cut.constant_setting, **line)
+            Line2D([], [], color=color, label=cut.constant_setting, linewidth=1.2)
             for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True)
         ]
         if cuts[0].starts == SWEEPS:

@@ -208,9 +208,7 @@ def test_the_ends_of_a_cell_are_before_a_jump_at_its_end():
     begin, end, _, _ = ends_of_cell(ps, None, load, section, 0)
     twice = ps.m1 * np.array([0.2, 5.4 - 5.0]) ** 2 + ps.k1 * np.array([0.1, 0.3]) ** 2
     assert (begin[0], end[0]) == pytest.approx(tuple(0.5 * twice))
-
-
-def test_a_contact_may_bring_all_energy_of_its_cell_and_more_if_it_has_begun_before():
+    # a contact may bring all energy of its cell, and more if it has begun before
     h, begin, end = 0.5, (3.0, 0.0, -1.0), (2.0, 0.0, 4.0)
     for order in ((begin, end), (end, begin)):
         assert load_numbers.may_exceed(9.99, h, (*order, 10.0, 0.0), True, False)
@@ -268,9 +266,7 @@ def test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell():
     assert width == pytest.approx(2.947 * pieces.std(ddof=1) / 4.0, rel=1e-12)
     for count, is_finite in ((33, True), (32, False)):  # 32 and 31 values: two a piece, or fewer
         assert math.isfinite(mean_and_width(values[:count])[1]) == is_finite
-
-
-def test_what_has_a_mean_and_how_wide_it_is():
+    # the exponent of the logistic map is ln 2
     mean, width = mean_and_width(logistic(4.0, 6000)[1])
     assert abs(mean - math.log(2.0)) <= width < 0.05
     # growth that ends is minus infinity, and sure

@@ -11,15 +11,14 @@ from nlds_vines.runs.store import Blocks
 def scan_of(system, want, vary=None, start="rest", title="a test", changes=None, **sampling):
     """Return a scan from rest over three frequencies, where nothing else is said.
 
-    vary: a table of each axis, or its values; start: a policy, or a table; given: what is set.
+    vary: a table of each axis, or its values; start: a policy, or a table; changes: what is set.
     """
-    axes = vary or {"omega": [5.0, 6.0, 7.0]}
     return load_scan(
         {
             "title": title,
             "system": system,
             "set": changes or {},
-            "vary": {k: v if isinstance(v, dict) else {"values": list(v)} for k, v in axes.items()},
+            "vary": vary or {"omega": [5.0, 6.0, 7.0]},
             "start": {"policy": start} if isinstance(start, str) else start,
             "sampling": sampling,
             "record": {"want": list(want)},

@@ -39,13 +39,9 @@ SMALL = {"population": 5, "generations": 2, "polish": 4, "optima": 1}
 DESIGN = np.array([[1500.0, 100.0]])
 
 
-@pytest.fixture
-def file(here):
-    (here / "a.toml").write_text(FILE)
-    return "a.toml"
-
-
-def test_one_file_is_a_decay_and_a_tuning_and_its_canonical_form_means_the_same(file):
+def test_one_file_is_a_decay_and_a_tuning_and_its_canonical_form_means_the_same(here):
+    file = here / "a.toml"
+    file.write_text(FILE)
     with pytest.warns(LeftAside, match=r"\[free\], \[over\], \[search\], \[uncertain\], transient"):
         history = load_response_history(file)
     tuning = load_tuning(file)

@@ -147,16 +147,6 @@ def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
         assert set(view["optimum_E2"] > 0) == {True}
 
 
-def test_nothing_admissible_is_told(tmp_path, ask):
-    stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
-    files = ["-o", tmp_path / "a.h5", "--plot", tmp_path / "a.png"]
-    out, err = ask("tuning", *stiff, *files, status=1)
-    assert "designs were inadmissible" in out
-    assert "no design was admissible" in err
-    assert "optimum_objective" not in content(tmp_path / "a.h5")
-    assert not (tmp_path / "a.png").exists()
-
-
 def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
     path = str(tmp_path / "a.h5")
     assert "V does not enter the dynamics" in answer("tuning", *SSUL, "--free", "V", "-o", path)

@@ -18,6 +18,7 @@ import nlds_vines as nv
 from nlds_vines.model.catalog import load_system
 
 ALL = ["section", "impacts", "energy", "peak", "regime", "lyapunov", "settling", "evidence"]
+NO_WALL = [name for name in ALL if name != "impacts"]
 SAMPLING = {"transient": 200, "periods": 60}
 RANDOM = {"policy": "random", "count": 2, "seed": 3}
 
@@ -53,13 +54,13 @@ CASES = {
         "system": "none",
         "vary": {"omega": {"values": [5.0, 6.28, 9.0]}, "c1": {"values": [0.0, 20.0]}},
         "start": RANDOM,
-        "record": {"want": [name for name in ALL if name != "impacts"]},
+        "record": {"want": NO_WALL},
     },
     "no wall": {
         "system": "tmd",
         "vary": {"omega": {"values": [5.0, 6.28, 9.0]}},
         "start": RANDOM,
-        "record": {"want": [name for name in ALL if name != "impacts"]},
+        "record": {"want": NO_WALL},
     },
     "a limit": {
         "system": {"kind": "ssvi-b", "parameters": dict(load_system("ssbl").parameters)},
@@ -107,11 +108,8 @@ def followed(name, changes, **options):
     if orbit.impacts is not None:
         names = orbit.impacts.dtype.names[1:]
         numbers["impacts"] = np.array([orbit.impacts[column] for column in names])
-    return {
-        f"{name} {options}: {key}": digest(np.array(v))
-        for key, v in numbers.items()
-        if v is not None
-    }
+    numbers = {key: np.array(values) for key, values in numbers.items() if values is not None}
+    return {f"{name} {options}: {key}": digest(values) for key, values in numbers.items()}
 
 
 def listen():
@@ -142,9 +140,8 @@ def fused_on_arm(text):
     machine = llvm.Target.from_triple(triple).create_target_machine(cpu="neoverse-v1", opt=3)
     text = re.sub(r"(?m)^target (datalayout|triple) = .*$", "", text)
     text = re.sub(r'"target-(cpu|features)"="[^"]*"', "", text)
-    text = re.sub(
-        r"(?:tail )?call (\w+) @llvm\.x86\.[^\n]*", r"add \1 0, 0", text
-    )  # counts of references
+    references = r"(?:tail )?call (\w+) @llvm\.x86\.[^\n]*"  # they are counted
+    text = re.sub(references, r"add \1 0, 0", text)
     module = llvm.parse_assembly(text)
     module.triple = triple
     return sorted(set(FUSED.findall(machine.emit_assembly(module))))
@@ -152,9 +149,8 @@ def fused_on_arm(text):
 
 def code(texts):
     """Return the external calls of LLVM modules and the operations that may round in two ways."""
-    called = {
-        name for text in texts for name in re.findall(r'(?m)^declare [^@]*@"?([\w.$]+)', text)
-    }
+    declared = re.compile(r'(?m)^declare [^@]*@"?([\w.$]+)')
+    called = {name for text in texts for name in declared.findall(text)}
     intrinsics = {name for name in called if name.startswith("llvm.")}
     # the loops over lanes, each with all that it calls
     kernels = [text for text in texts if re.search(r"(?m)^define [^\n]*_lanes", text)]

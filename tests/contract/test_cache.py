@@ -7,7 +7,6 @@ import os
 import shutil
 import signal
 import stat
-import sys
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -179,7 +178,7 @@ print(exp(1.0))
 
 @pytest.fixture
 def blocked(tmp_path):
-    """Return a function that runs `BLOCKED` where the program's folder takes no cache.
+    """Return a function that runs a program, which prints e, where the package takes no cache.
 
     A file in its place keeps even the superuser from writing one.
     """
@@ -188,9 +187,9 @@ def blocked(tmp_path):
     (tmp_path / "nlds_vines" / "kernels" / "__pycache__").touch()
     (tmp_path / "tmp").mkdir()
 
-    def program(home, temporary):
+    def program(home, temporary, code=BLOCKED):
         done = python(
-            "-B", "-c", BLOCKED, cwd=tmp_path, NUMBA_CACHE_DIR="", NUMBA_DISABLE_JIT="0",
+            "-B", "-c", code, cwd=tmp_path, NUMBA_CACHE_DIR="", NUMBA_DISABLE_JIT="0",
             PYTHONPATH="", TMPDIR=str(temporary), HOME=str(home), XDG_CACHE_HOME=f"{home}/cache",
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
@@ -222,12 +221,6 @@ def test_then_a_temporary_folder_that_is_named_unless_others_can_write_to_it(blo
     assert not compiled_in(theirs)
 
 
-NOWHERE = """
-import tempfile
-tempfile.gettempdir = lambda: "/dev/null"
-"""
-
-
 @pytest.mark.slow("six processes that load the compiler")
 def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, tmp_path):
     """In all ways, what is compiled for `BLOCKED`; another test has inner kernels, too."""
@@ -244,9 +237,9 @@ def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, tmp_p
         assert {path: path.read_bytes() for path in compiled_in(home)} == sound
 
 
-def test_without_any_folder_it_works_all_the_same(blocked, monkeypatch):
-    monkeypatch.setattr(sys.modules[__name__], "BLOCKED", NOWHERE + BLOCKED)
-    err = blocked("/dev/null", "/dev/null")
+def test_without_any_folder_it_works_all_the_same(blocked):
+    nowhere = 'import tempfile\ntempfile.gettempdir = lambda: "/dev/null"'
+    err = blocked("/dev/null", "/dev/null", nowhere + BLOCKED)
     assert err.count("\n") == 1
     assert "are lost when the process ends; set NUMBA_CACHE_DIR" in err
 
@@ -280,7 +273,7 @@ def test_what_others_may_have_written_is_not_read(blocked, tmp_path, kind, who):
         assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
 
 
-def test_the_files_of_root_are_read_by_all(blocked, tmp_path, monkeypatch):
+def test_the_files_of_root_are_read_by_all(blocked, tmp_path):
     """What an administrator compiled: the folder cannot be written, its files have usual modes."""
     if os.getuid() != 0:
         pytest.skip("only the superuser becomes another user")
@@ -293,18 +286,14 @@ def test_the_files_of_root_are_read_by_all(blocked, tmp_path, monkeypatch):
     assert {stat.S_IMODE(path.stat().st_mode) for path in files} == {0o644}
     for path in [tmp_path, *tmp_path.parents][:-2]:
         path.chmod(path.stat().st_mode | 0o055)
-    monkeypatch.setattr(
-        sys.modules[__name__],
-        "BLOCKED",
-        f"""
+    program = f"""
 import os
 from nlds_vines.kernels.numerics import stored_code
 os.setgid({OTHER}), os.setuid({OTHER})
 read = [stored_code.load(name) for name in {[path.name for path in files]}]
 print(2.718281828459045 if all(read) else 0.0)
-""",
-    )
-    assert blocked(tmp_path / "home", "/dev/null").count("\n") == 1  # its own are lost
+"""
+    assert blocked(tmp_path / "home", "/dev/null", program).count("\n") == 1  # its own are lost
 
 
 @pytest.mark.parametrize("mask", [0o000, 0o002, 0o027, 0o077])

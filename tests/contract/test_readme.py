@@ -63,6 +63,7 @@ RUN = (
 COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
 ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
+SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
 FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
 
 
@@ -175,8 +176,7 @@ def test_the_recipes_for_clusters_are_understood(scan_file):
 
 
 def test_an_archive_is_drawn_and_repeated(scan_file):
-    small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
-    assert main(small) == 0
+    assert main(SMALL) == 0
     shutil.copy("figure8.h5", "own.h5")
     listed = commands("".join(blocks("sh", text_of("archive.md"))))
     assert [words[0] for words in listed] == ["plot", "plot", "rerun", "export", "export"]
@@ -185,8 +185,7 @@ def test_an_archive_is_drawn_and_repeated(scan_file):
 
 @pytest.mark.skipif(find_spec("bokeh") is None, reason="Bokeh is not installed")
 def test_pages_are_made_as_they_are_told(scan_file, capsys):
-    small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
-    assert main([*small, "-o", "figure8.h5"]) == 0
+    assert main(SMALL) == 0
     listed = commands("".join(blocks("sh", text_of("explore.md"))))
     one, *others = [words for words in listed if words[0] == "report"]
     assert console(one) == 0

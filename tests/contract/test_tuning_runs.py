@@ -139,12 +139,14 @@ def test_the_result_is_what_the_archive_says(tmp_path):
     assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == content(tuned.path)
 
 
-def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
+def test_what_is_free_has_no_value_among_the_attributes_and_no_surface_is_drawn(tmp_path):
     tune(tmp_path / "a.h5", *SSUL, "--free", "E2")
     with nv.read(tmp_path / "a.h5") as view:
         assert not {"k2", "c2", "C", "E2", "K"} & view.attrs.keys()
         assert view.attrs["m2"] == 60.0
         assert set(view["optimum_E2"] > 0) == {True}
+    with pytest.raises(nv.RequestError, match="holds no surface"):
+        drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
 def test_a_parameter_that_does_nothing_is_called_so(tmp_path, answer):
@@ -200,12 +202,6 @@ def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_p
     ]
     apart = [np.hypot(*(a - b)) for i, a in enumerate(places) for b in places[:i]]
     assert min(apart) >= 0.3 * figure.dpi
-
-
-def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
-    tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
-    with pytest.raises(nv.RequestError, match="holds no surface"):
-        drawn.PICTURE.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
 def test_xarray_and_what_looks_after_scans_know_a_tuning(tmp_path, whole, answer):

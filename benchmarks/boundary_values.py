@@ -258,9 +258,13 @@ def solve(motion: Motion, point: Point, tolerance: float = TOLERANCE) -> Solved:
     check_sides(motion, solution.y)
     theta = {"LP": 0.0, "PD": np.pi}.get(point.kind, float(solution.p[-1]))
     return Solved(
-        float(solution.p[0]), float(start.parameters[0]), theta,
-        float(np.max(solution.rms_residuals)), len(solution.x), process_time() - began,
-    )  # fmt: skip
+        float(solution.p[0]),
+        float(start.parameters[0]),
+        theta,
+        float(np.max(solution.rms_residuals)),
+        len(solution.x),
+        process_time() - began,
+    )
 
 
 def check_sides(motion: Motion, y: np.ndarray) -> None:

@@ -46,9 +46,16 @@ EXPONENTS = (1.5, 1.2, 1.1, 1.01, 1.001, 1.0)
 
 
 HEADS = (
-    "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
-    "longest contact", "greatest force", "cost",
-)  # fmt: skip
+    "law",
+    "regime",
+    "E1max",
+    "E2max",
+    "gain of E2 in an impact",
+    "lost in contacts, a period",
+    "longest contact",
+    "greatest force",
+    "cost",
+)
 
 
 def behavior(system: System) -> tuple[str, ...]:

@@ -84,10 +84,12 @@ class Served:
         command = [sys.executable, *self.program, "explore", *arguments]
         root = str(Path(__file__).resolve().parents[1])
         self.process = subprocess.Popen(
-            [*command, "--no-browser", "--port", "0"], text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            [*command, "--no-browser", "--port", "0"],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": root},
-        )  # fmt: skip
+        )
         assert self.process.stdout is not None
         lines = (line for line in self.process.stdout if line.startswith("open "))
         line = next(lines, None)
@@ -181,12 +183,16 @@ def main() -> int:
                 page.screenshot(path=str(options.picture))
     load = os.getloadavg()[0] / (os.cpu_count() or 1)
     print(f"{archive.name}: {options.clicks} clicks, load {load:.1f} for each processor")
-    print(f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it "
-          f"opened: {served.seconds + usable:.2f} s; processor time of the command until then: "
-          f"{used}")  # fmt: skip
+    print(
+        f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it "
+        f"opened: {served.seconds + usable:.2f} s; processor time of the command until then: "
+        f"{used}"
+    )
     nine = times[int(0.9 * len(times))]
-    print(f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
-          f"fastest {times[0]:.0f} ms, nine of ten within {nine:.0f} ms")  # fmt: skip
+    print(
+        f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
+        f"fastest {times[0]:.0f} ms, nine of ten within {nine:.0f} ms"
+    )
     return 0
 
 

@@ -177,9 +177,16 @@ def report(root: Path) -> Iterator[str]:
     sources = areas(root)
     yield " " * 28 + "".join(f"{area:>15}" for area in (*sources, *OTHERS))
     for what in (
-        "files", "lines", "statements", "functions", "docstrings", "lines of docstrings",
-        "'Return what'", "'Tell'", "names to avoid",
-    ):  # fmt: skip
+        "files",
+        "lines",
+        "statements",
+        "functions",
+        "docstrings",
+        "lines of docstrings",
+        "'Return what'",
+        "'Tell'",
+        "names to avoid",
+    ):
         yield f"{what:28}" + "".join(f"{counts[what]:15,}" for counts in sources.values())
     shapes = [*map(shape, sources.values()), *OTHERS.values()]
     for row, what in enumerate(("functions per 1,000 lines", "lines per body", "lines per file")):

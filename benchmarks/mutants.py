@@ -118,9 +118,14 @@ def failure(folder: Path, tests: Sequence[str]) -> str:
     try:
         done = subprocess.run(
             [sys.executable, "-m", "pytest", *options, *tests],
-            cwd=folder, env=environment, timeout=LONGEST,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-        )  # fmt: skip
+            cwd=folder,
+            env=environment,
+            timeout=LONGEST,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return f"no end after {LONGEST:g} s"
     lines = [line for line in done.stdout.splitlines() if line.strip()] or ["no output"]

@@ -136,9 +136,12 @@ def in_kernels(kernels: Iterable[tuple[Any, str]] = ()) -> Iterator[list[float]]
     from nlds_vines.orbits import load_flight, simulation
 
     usual = (
-        (simulation, "run_cell"), (load_flight, "fly_orbits"), (load_flight, "fill_rates"),
-        (lanes, "run_lanes"), (lanes, "judge_lanes"),
-    )  # fmt: skip
+        (simulation, "run_cell"),
+        (load_flight, "fly_orbits"),
+        (load_flight, "fill_rates"),
+        (lanes, "run_lanes"),
+        (lanes, "judge_lanes"),
+    )
     times: list[float] = []
 
     def timed(kernel: Callable[..., Any]) -> Callable[..., Any]:
@@ -167,10 +170,12 @@ def checkout(folder: Path) -> Iterator[Callable[[str], float]]:
     It raises SystemExit where the checkout cannot do that piece of work.
     """
     with subprocess.Popen(
-        [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"], text=True,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"],
+        text=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(folder.resolve())},
-    ) as process:  # fmt: skip
+    ) as process:
 
         def spends(name: str) -> float:
             assert process.stdin is not None

@@ -145,6 +145,9 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
 
 
 main = Command(
-    "accuracy", "Error against run time of our methods and of SciPy on one system.",
-    _EXAMPLES, _declare, _carry_out,
-).main  # fmt: skip
+    "accuracy",
+    "Error against run time of our methods and of SciPy on one system.",
+    _EXAMPLES,
+    _declare,
+    _carry_out,
+).main

@@ -51,9 +51,12 @@ _COMPONENT = "component"  # the dimension whose values, x1, v1, x2, v2, become c
 
 
 def write(
-    path: Path, table: Table, scales: Iterable[Scale], pieces: Iterable[Piece],
+    path: Path,
+    table: Table,
+    scales: Iterable[Scale],
+    pieces: Iterable[Piece],
     attributes: Callable[[], Mapping[str, Value]],
-) -> None:  # fmt: skip
+) -> None:
     """Write an archive to `path` and force it to the disk.
 
     The `pieces` of results come in any order; cells without a piece have their fill value.  The
@@ -153,9 +156,12 @@ class Memory:
     """The archive in memory that `write` would write, perhaps with its `request` as an object."""
 
     def __init__(
-        self, table: Table, scales: Iterable[Scale], pieces: Iterable[Piece],
+        self,
+        table: Table,
+        scales: Iterable[Scale],
+        pieces: Iterable[Piece],
         attributes: Callable[[], Mapping[str, Value]],
-    ) -> None:  # fmt: skip
+    ) -> None:
         used = {dim for entry in table.datasets.values() for dim in entry.dims}
         self.table, self.scales = table, {one.name: one for one in scales if one.name in used}
         self.request: Any = None

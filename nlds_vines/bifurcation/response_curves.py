@@ -694,13 +694,18 @@ main = commands.of_task(
     ("CURVES.toml", "a request file, or a damper [those of the paper's Table 2]"),
     (
         Option(
-            "--system", "NAME", "a damper: of the catalog, or a TOML file; once for each curve",
-            lambda names: {"systems": names}, repeated=True,
+            "--system",
+            "NAME",
+            "a damper: of the catalog, or a TOML file; once for each curve",
+            lambda names: {"systems": names},
+            repeated=True,
         ),
         SET,
         VARY,
         Option(
-            "--start", "POLICY", "rest, up, down or both [rest]",
+            "--start",
+            "POLICY",
+            "rest, up, down or both [rest]",
             lambda text: {"start": {"policy": choice("--start", text, CURVE_STARTS)}},
         ),
     ),
@@ -710,4 +715,4 @@ main = commands.of_task(
     description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --show --log",
-).main  # fmt: skip
+).main

@@ -239,9 +239,14 @@ class Job:
 
 
 def of_task(
-    name: str, load: Callable[..., Any], job: type[Job], source: tuple[str, str],
-    options: Sequence[Option], owners: Sequence[Any], **about: Any,
-) -> Command:  # fmt: skip
+    name: str,
+    load: Callable[..., Any],
+    job: type[Job],
+    source: tuple[str, str],
+    options: Sequence[Option],
+    owners: Sequence[Any],
+    **about: Any,
+) -> Command:
     """Return the command of a task.
 
     `load(source, changes, place)` returns the request; `source` is the argument's metavar and help;

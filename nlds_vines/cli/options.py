@@ -133,9 +133,13 @@ class Option:
 
 
 def named(
-    flag: str, form: str, words: str, key: str, read: Callable[[str, str], Any],
+    flag: str,
+    form: str,
+    words: str,
+    key: str,
+    read: Callable[[str, str], Any],
     repeated: bool = True,
-) -> Option:  # fmt: skip
+) -> Option:
     """Return an option NAME=VALUE for entries of the table `key`, read by `read(option, text)`."""
 
     def document(texts: Any) -> Document:

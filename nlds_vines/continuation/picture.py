@@ -242,13 +242,24 @@ def _fill_plane(axes: Axes, result: Continued, scan: ArchiveView | None = None) 
         for name, *values in curve.meetings:
             place = values[across], values[1 - across]
             axes.plot(
-                *place, marker="o", markersize=_MARK, color="black",
-                markeredgecolor="white", markeredgewidth=0.5, zorder=6,
-            )  # fmt: skip
+                *place,
+                marker="o",
+                markersize=_MARK,
+                color="black",
+                markeredgecolor="white",
+                markeredgewidth=0.5,
+                zorder=6,
+            )
             axes.annotate(
-                name, place, (3, 3), textcoords="offset points",
-                fontsize=_SIZE, zorder=7, path_effects=halo, annotation_clip=True,
-            )  # fmt: skip
+                name,
+                place,
+                (3, 3),
+                textcoords="offset points",
+                fontsize=_SIZE,
+                zorder=7,
+                path_effects=halo,
+                annotation_clip=True,
+            )
     axes.set(xlim=limits[0], ylim=limits[1])
 
 

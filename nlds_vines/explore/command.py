@@ -139,6 +139,9 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    "explore", "Click a map and see its orbit: a local page in the browser.",
-    _EXAMPLES, _declare, _carry_out,
-).main  # fmt: skip
+    "explore",
+    "Click a map and see its orbit: a local page in the browser.",
+    _EXAMPLES,
+    _declare,
+    _carry_out,
+).main

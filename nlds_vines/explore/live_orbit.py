@@ -71,9 +71,12 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: System, start: Sequence[float] | None, scan: Scan, history: str = SETTLED,
+    system: System,
+    start: Sequence[float] | None,
+    scan: Scan,
+    history: str = SETTLED,
     unit: str | None = RAD,
-) -> LiveOrbit:  # fmt: skip
+) -> LiveOrbit:
     """Follow and classify an orbit with the sampling of a `scan`.
 
     Raises `RequestError` for an impossible start and for an orbit that ends early.  Once compiled,
@@ -96,9 +99,14 @@ def live_orbit(
         (view,) = views_of(request)
         try:
             regime = classify(
-                system, start=start, transient=scan.transient, periods=scan.periods,
-                method=scan.method, effort=scan.effort, tolerance=tolerance,
-            )  # fmt: skip
+                system,
+                start=start,
+                transient=scan.transient,
+                periods=scan.periods,
+                method=scan.method,
+                effort=scan.effort,
+                tolerance=tolerance,
+            )
         except (IntegrationError, RequestError) as error:
             trouble = str(error)
         panels = {"history": history_of(request, view, history), **panels_without_time(view)}

@@ -65,6 +65,9 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    "report", "A map as one page: hover, click and keys show what is stored of every cell.",
-    _EXAMPLES, _declare, _carry_out,
-).main  # fmt: skip
+    "report",
+    "A map as one page: hover, click and keys show what is stored of every cell.",
+    _EXAMPLES,
+    _declare,
+    _carry_out,
+).main

@@ -206,9 +206,12 @@ def _page(
 
 
 def _arguments(
-    results: Stored, figure: figures.MapFigure, shows: Sequence[map_view.Show], section: Section,
+    results: Stored,
+    figure: figures.MapFigure,
+    shows: Sequence[map_view.Show],
+    section: Section,
     names: Sequence[str],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     is_map, count = figure.is_map, len(results.starts)
     components = [*results.scan.system.scene.components]
     columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}

@@ -179,10 +179,14 @@ SYSTEMS = Option(
 )
 SOURCE = "a request file, or a damper [the paper's structure alone and with its dampers]"
 main = commands.of_task(
-    _NAME, load_response_history, Job, ("HISTORY.toml", SOURCE),
-    (SYSTEMS, SET, VARY, SAMPLES, LOAD), (Loading, HistoryRequest),
+    _NAME,
+    load_response_history,
+    Job,
+    ("HISTORY.toml", SOURCE),
+    (SYSTEMS, SET, VARY, SAMPLES, LOAD),
+    (Loading, HistoryRequest),
     add_run=partial(add_run_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --load --impulse --duration",
-).main  # fmt: skip
+).main

@@ -28,9 +28,13 @@ from nlds_vines.runs.interrupts import stoppable
 _KINDS = {code: name for name, code in FLAGS.items()}
 
 _NUMBERS = (
-    "lyapunov", "lyapunov_width", "residual", "averaging",
-    "transient_lyapunov", "transient_lyapunov_width",
-)  # of a `Regime`, by the names of datasets  # fmt: skip
+    "lyapunov",
+    "lyapunov_width",
+    "residual",
+    "averaging",
+    "transient_lyapunov",
+    "transient_lyapunov_width",
+)  # of a `Regime`, by the names of datasets
 
 # default number of periods of a Lyapunov spectrum, and those before in which variations align
 PERIODS, ALIGNING = 3200, 100

@@ -53,9 +53,13 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
 def room_for(n: int, size: int, count: int) -> Traced:
     """Return the buffers for one orbit of n periods and `count` free parameters."""
     return Traced(
-        np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
-        np.empty((size, 2)), np.empty(NUMBERS_OF_CYCLE),
-    )  # fmt: skip
+        np.empty((n, 4)),
+        np.zeros(2, np.int64),
+        np.empty((size, size)),
+        np.empty((count, 4)),
+        np.empty((size, 2)),
+        np.empty(NUMBERS_OF_CYCLE),
+    )
 
 
 def unit_norms(cell: Any, size: int) -> np.ndarray:

@@ -33,9 +33,12 @@ class Drawing(ABC):
 
     @abstractmethod
     def figure(
-        self, view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS,
+        self,
+        view: ArchiveView,
+        show: str | None = None,
+        page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
-    ) -> Figure:  # fmt: skip
+    ) -> Figure:
         """Return the figure of an open archive; `show` are names, separated by commas.
 
         The axes `ax` take one panel, by default the main one.  Raises `RequestError` for what the
@@ -53,9 +56,12 @@ class Drawing(ABC):
             return figure
 
     def save(
-        self, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str],
-        show: str | None = None, frequency: str | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        archive_path: str | os.PathLike[str],
+        plot_path: str | os.PathLike[str],
+        show: str | None = None,
+        frequency: str | None = None,
+    ) -> None:
         """Draw an archive and save the picture; equal archives give equal bytes."""
         with read(archive_path) as view:
             figure = drawn(view, lambda opened: self.figure(opened, show))
@@ -80,9 +86,12 @@ class Picture(Drawing):
         return self.panels(view)
 
     def figure(
-        self, view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS,
+        self,
+        view: ArchiveView,
+        show: str | None = None,
+        page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
-    ) -> Figure:  # fmt: skip
+    ) -> Figure:
         panels = self.panels(view)
         usual = panels if self.usual is None else self.usual(view)
         names = chosen(show, panels, usual, ax is None)

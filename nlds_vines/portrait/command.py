@@ -279,10 +279,15 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
 
 
 main = commands.of_task(
-    _NAME, _load, Job, ("FILE", "PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]"),
+    _NAME,
+    _load,
+    Job,
+    ("FILE", "PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]"),
     (
         Option(
-            "--at", "NAME=VALUE,...", "of SCAN.h5: the cell nearest to these values",
+            "--at",
+            "NAME=VALUE,...",
+            "of SCAN.h5: the cell nearest to these values",
             lambda text: {"at": numbers_by_name("--at", text)},
         ),
         Option("--csv", "FILE.csv", "the histories, a row for each state [none]"),
@@ -290,7 +295,9 @@ main = commands.of_task(
         SYSTEM,
         SET,
         Option(
-            "--start", "X1,V1,X2,V2", "state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
+            "--start",
+            "X1,V1,X2,V2",
+            "state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
             lambda text: {"start": text},
         ),
     ),
@@ -299,4 +306,4 @@ main = commands.of_task(
     description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --start --windows --panels --at",
-).main  # fmt: skip
+).main

@@ -398,9 +398,13 @@ def load_portrait(
         unit = settings.get("frequency", RAD)
         title = described(system, unit) if is_one else system_in_words(system)
     return request.make(
-        PortraitRequest, request.layers[0][0], **settings, title=title, columns=columns,
+        PortraitRequest,
+        request.layers[0][0],
+        **settings,
+        title=title,
+        columns=columns,
         start=times.get("state"),
-    )  # fmt: skip
+    )
 
 
 def portrait_of(

@@ -365,16 +365,24 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
                 exponents = LyapunovSpectrum(running[-1], widths, times, running, float(divergence))
         spectrum = Spectrum(
             **{name: values[bins] for name, values in spectra.items()},
-            omega=system.parameters["omega"], samples=request.samples,
-            periods=row["spectrum_periods"], window=request.taper, quantity=request.signal,
+            omega=system.parameters["omega"],
+            samples=request.samples,
+            periods=row["spectrum_periods"],
+            window=request.taper,
+            quantity=request.signal,
             unit=SIGNALS[request.signal].unit,
-        )  # fmt: skip
+        )
         yield View(
-            column, time[here],
+            column,
+            time[here],
             states=np.column_stack([view[name][here] for name in system.scene.components]),
-            samples=request.samples, contacts=impacts[part("impact", row["impact_count"])],
-            period=row["periodicity"], tolerance=row["recurs_within"],
-            longest=row["longest_periodicity"], comb=row["comb"], spectrum=spectrum,
+            samples=request.samples,
+            contacts=impacts[part("impact", row["impact_count"])],
+            period=row["periodicity"],
+            tolerance=row["recurs_within"],
+            longest=row["longest_periodicity"],
+            comb=row["comb"],
+            spectrum=spectrum,
             violation=None if row["passages"] < 0 else Violation(*(row[n] for n in _PASSAGES)),
             exponents=exponents,
-        )  # fmt: skip
+        )

@@ -68,10 +68,16 @@ def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = F
     if request.cell is not None:
         return request.cell.traced(begin, end, request.samples, quiet=quiet)
     return simulate(
-        system, end - begin, transient=begin, start=request.start, method=request.method,
-        tolerance=request.tolerance, samples=request.samples, quiet=quiet,
+        system,
+        end - begin,
+        transient=begin,
+        start=request.start,
+        method=request.method,
+        tolerance=request.tolerance,
+        samples=request.samples,
+        quiet=quiet,
         record=["trajectory", "impacts"] if system.scene.walls else ["trajectory"],
-    )  # fmt: skip
+    )
 
 
 def view_of_orbit(orbit: Orbit) -> View:
@@ -118,6 +124,15 @@ def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) 
         none = np.empty(0)
         spectrum = Spectrum(none, none, none, omega, samples, 0, **about)
     return View(
-        column, orbit.time[part], states, samples, contacts=impacts, period=n, tolerance=TOLERANCE,
-        longest=len(section) // REPEATS, comb=comb, spectrum=spectrum, violation=orbit.violation,
-    )  # fmt: skip
+        column,
+        orbit.time[part],
+        states,
+        samples,
+        contacts=impacts,
+        period=n,
+        tolerance=TOLERANCE,
+        longest=len(section) // REPEATS,
+        comb=comb,
+        spectrum=spectrum,
+        violation=orbit.violation,
+    )

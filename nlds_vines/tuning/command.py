@@ -240,9 +240,13 @@ OPTIONS = (
 
 
 main = commands.of_task(
-    _NAME, load_tuning, Job, ("TUNING.toml", "by default SSul"), OPTIONS,
+    _NAME,
+    load_tuning,
+    Job,
+    ("TUNING.toml", "by default SSul"),
+    OPTIONS,
     (Tuning, Loading, HistoryRequest, Search, Surface),
     description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --free --band --objective --seed",
-).main  # fmt: skip
+).main

@@ -31,9 +31,15 @@ if TYPE_CHECKING:
     from nlds_vines.tuning.result import Tuned
 
     Opened = (
-        ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | ResponseHistories | Portrait
+        ScanArchive
+        | Ensemble
+        | ResponseCurves
+        | Tuned
+        | Continued
+        | ResponseHistories
+        | Portrait
         | ArchivePath
-    )  # fmt: skip
+    )
 
 _EXAMPLES = """\
 examples:

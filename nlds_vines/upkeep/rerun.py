@@ -65,6 +65,9 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    "rerun", "Repeat what an archive holds, and compare the results.",
-    _EXAMPLES, _declare, _carry_out,
-).main  # fmt: skip
+    "rerun",
+    "Repeat what an archive holds, and compare the results.",
+    _EXAMPLES,
+    _declare,
+    _carry_out,
+).main

@@ -228,10 +228,12 @@ class Course(Load):
     """A load over time: a force on m1 or an acceleration of the ground."""
 
     unit: str = setting(
-        "N", Checked(lambda value: unit_in("unit", value)), "",
+        "N",
+        Checked(lambda value: unit_in("unit", value)),
+        "",
         "`N`, `kN` or `lbf`: a force on m1; `m/s^2`, `cm/s^2`, `gal`, `mm/s^2`, `in/s^2`, "
         "`ft/s^2`, `g`, `%g` or `mg`: the ground's acceleration",
-    )  # fmt: skip
+    )
 
     @property
     def is_acceleration(self) -> bool:

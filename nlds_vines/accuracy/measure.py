@@ -121,10 +121,7 @@ def rest_of(system: System) -> np.ndarray:
 
 
 def equation(system: System) -> Callable[..., list[float]]:
-    """Return the right-hand side of equation (5) in x1, v1, x2, v2, or x, v without a damper.
-
-    It is written from the equation alone and shares no formula with the kernels.
-    """
+    """Return the rates of equation (5), written from it alone: no formula of the kernels."""
     scene, cell = system.scene, system.cells()
     names = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "rest")
     m1, k1, c1, m2, k2, c2, P, omega, rest = (float(cell[name]) for name in names)

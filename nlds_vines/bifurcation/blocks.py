@@ -117,11 +117,7 @@ _PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.co
 
 
 def refuse_without_room(scan: Scan, archive: Path) -> None:
-    """Raise `RequestError` if a scan does not fit into this machine's memory or disk.
-
-    One block is computed while another is saved; the disk holds all blocks beside the archive.  If
-    the system does not say how much is free, nothing is refused.
-    """
+    """Raise `RequestError` if a scan does not fit into what memory and disk have free."""
     grid = prod(scan.shape) * cell_type(scan.system.scene).itemsize
     needed = _BLOCKS * work_bytes(scan) + block_bytes(scan) + _CELL_COPIES * grid + _PROGRAM
     free = free_memory()

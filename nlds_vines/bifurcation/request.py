@@ -299,18 +299,14 @@ class Scan(Request):
         }
 
     def starts_inside(self) -> list[str]:
-        """Return a list of one line that counts the starts inside a wall; [] if there are none.
-
-        It is [] for random starts, too.  In a sweep, only the first cells count: those after them
-        begin where the orbit of the cell before ended.
-        """
+        """Return a line that counts starts inside a wall; [] without any, and for random ones."""
         if self.start.policy == "random":
             return []
         if self.sampled is not None:
             places = dict(self.sampled.columns)
         else:
             values = {axis.name: axis.values for axis in self.axes}
-            if self.start.sweeps:
+            if self.start.sweeps:  # other cells begin where the orbit of the cell before ended
                 last = self.axes[-1]
                 ends = [0 if name == "up" else -1 for name in self.start.sweeps]
                 values[last.name] = last.values[ends]

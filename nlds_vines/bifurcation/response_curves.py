@@ -374,11 +374,7 @@ def load_curves(
     changes: Document | None = None,
     changes_from: str = "changes",
 ) -> CurveRequest:
-    """Return the request in a TOML file, or in its document, validated.
-
-    `changes` override it entry by entry, and `vary`, `curves` and `panels` as a whole;
-    `changes_from` names them in messages of errors.
-    """
+    """Return the validated request of a TOML file or document, which `changes` override."""
     document = FORM.read(source, changes, changes_from)
     look = document.of(CurveRequest)
     keys = (key for key in SCAN_FORM.keys if key != "title")

@@ -283,13 +283,12 @@ def basin_measures(
         count = int(np.count_nonzero(attractor == k))
         if k < 0 and not count:
             continue
-        low, high = (float("nan"),) * 2
-        if attractor.shape[-1] > 1 and not axes:  # starts that were drawn at random
-            low, high = share_interval(count, attractor.size)
+        is_random = attractor.shape[-1] > 1 and not axes  # starts that were drawn at random
+        ends = share_interval(count, attractor.size) if is_random else (np.nan, np.nan)
         has_steps = k >= 0 and len(axes) == 2 and begins_at_sections(archive)
         near = _nearest(archive, attractor, where, axes, k) if has_steps else None
         label = str(labels[k]) if k >= 0 else "not known"
-        basins.append(Basin(k, label, count, attractor.size, low, high, *(near or ())))
+        basins.append(Basin(k, label, count, attractor.size, *ends, *(near or ())))
     return Basins(
         title=archive.text("title") + (f", {chosen}" if chosen else ""),
         basins=tuple(basins),

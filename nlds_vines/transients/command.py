@@ -132,13 +132,12 @@ class Job(bifurcation.Job):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        text: Any = self.delay
-        delay = number(
-            "delay", from_text(float, "--delay", text) if isinstance(text, str) else text
-        )
-        if delay < 0.0:
-            raise RequestError(f"delay = {delay!r} must not be negative")
-        object.__setattr__(self, "delay", delay)
+        delay: Any = self.delay
+        if isinstance(delay, str):
+            delay = from_text(float, "--delay", delay)
+        object.__setattr__(self, "delay", number("delay", delay))
+        if self.delay < 0.0:
+            raise RequestError(f"delay = {self.delay!r} must not be negative")
 
     @classmethod
     def from_options(cls, request: Scan, options: argparse.Namespace) -> Job:

@@ -85,7 +85,6 @@ def edited(folder, module, before, after, times=1):
 
 
 @pytest.mark.kernels
-@pytest.mark.slow("a cache that only these tests change is compiled for all of them")
 def test_neither_a_second_process_nor_another_docstring_or_comment_compiles_anything(copy):
     again = run(copy)
     assert again["compiled"] == []
@@ -128,7 +127,6 @@ def damage(path, kind):
 
 
 @pytest.mark.kernels
-@pytest.mark.slow("two processes for each kind")
 @pytest.mark.parametrize("kind", ["flipped", "removed"])
 @pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
 def test_a_damaged_cache_heals_itself(copy, which, kind):

@@ -134,10 +134,8 @@ def computed(tmp_path_factory):
 
 
 pytestmark = pytest.mark.kernels
-compiles = pytest.mark.slow("compiles the kernels of a law that no other test has")
 
 
-@compiles
 def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
     files = {path.relative_to(ROOT) for path in (ROOT / "nlds_vines").rglob("*.py")}
     new = changed(tmp_path, "contact_law")
@@ -147,7 +145,6 @@ def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
     assert differ == {Path("nlds_vines/model/parameters.py")}
 
 
-@compiles
 def test_states_are_those_of_another_solver(computed):
     for p, section, impacts in computed["orbits"]:
         twin, start = Twin(p), np.array([0.0, 0.0, p["rest"], 0.0])
@@ -159,7 +156,6 @@ def test_states_are_those_of_another_solver(computed):
         np.testing.assert_allclose(force, expected, rtol=1e-9)
 
 
-@compiles
 def test_label_and_multipliers_are_those_of_another_solver(computed):
     for beyond, (p, point, pairs, *regime) in zip((1, 0), computed["regimes"], strict=True):
         twin, y, (label, period, impacts) = Twin(p), np.array(point), regime
@@ -175,7 +171,6 @@ def test_label_and_multipliers_are_those_of_another_solver(computed):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-6)
 
 
-@compiles
 def test_derivatives_by_its_constants_are_those_of_another_solver(computed):
     p, (x1, v1, r, s), slopes = computed["slopes"]
     start = np.array([x1, v1, x1 - r + p["rest"], v1 - s])

@@ -458,13 +458,9 @@ def test_the_variance_under_noise_is_that_of_its_density(name):
 def test_last_times_within_long_contacts_do_not_depend_on_the_edges(impulse):
     """A cell with a contact is looked at three times; two leave 1e-10 s of its width."""
     system = nv.load_system("ssul-set6", K=1e4, C=0.005)
-    histories = (
-        nv.response_history(
-            system, impulse=impulse, duration=3.0, sampling={"samples": n}, quiet=True
-        )
-        for n in (16, 23)
-    )
-    one, other = (h[h.request.systems[0].name].numbers["last_50"] for h in histories)
+    blow = {"impulse": impulse, "duration": 3.0, "quiet": True}
+    histories = [nv.response_history(system, sampling={"samples": n}, **blow) for n in (16, 23)]
+    one, other = (history[system.name].numbers["last_50"] for history in histories)
     assert one == pytest.approx(other, abs=2e-11)
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import MAP
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
@@ -24,7 +25,8 @@ from nlds_vines.explore.map_data import empty
 from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Job, finer, sliders_of
 from nlds_vines.portrait.request import load_portrait
 
-SAMPLING = load_scan(None, {"sampling": {"transient": 60, "periods": 30, "effort": "quick"}})
+SAMPLING = load_scan(None, {"sampling": MAP["sampling"]})
+SCAN = load_scan(MAP)
 
 
 @pytest.fixture(scope="module")
@@ -154,33 +156,19 @@ def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
     )  # fmt: skip
 
 
-SCAN = load_scan(
-    {
-        "system": "ssul-set6",
-        "vary": {
-            "omega": {"start": 7.0, "stop": 7.5, "num": 11},
-            "P": {"start": 700.0, "stop": 800.0, "num": 5},
-        },
-        "sampling": {"transient": 40, "periods": 20, "effort": "quick"},
-        "record": {"want": ["energy", "regime"]},
-    }
-)  # fmt: skip
-
-
 def test_a_part_of_a_map_has_as_many_cells_as_the_map_and_stays_small():
-    part = finer(SCAN, ((7.1, 7.2), (720.0, 740.0)), {"C": 0.05})
-    assert part.shape == (11, 5)
-    assert part.axes[0].values[[0, -1]].tolist() == [7.1, 7.2]
+    part = finer(SCAN, ((7.4, 7.5), (720.0, 740.0)), {"C": 0.05})
+    assert part.shape == (6, 4)
+    assert part.axes[0].values[[0, -1]].tolist() == [7.4, 7.5]
     assert part.system.parameters["C"] == 0.05
     assert tomllib.loads(part.to_toml())["vary"].keys() == {"omega", "P"}
     vary = {
         "omega": {"start": 5.0, "stop": 8.0, "num": 2000},
         "P": {"start": 1.0, "stop": 9.0, "num": 1000},
     }
-    part = finer(load_scan({**SCAN.document(), "vary": vary}), ((6.0, 7.0), (2.0, 3.0)))
+    part = finer(load_scan({**MAP, "vary": vary}), ((6.0, 7.0), (2.0, 3.0)))
     assert min(part.shape) > FEWEST
     assert part.lanes <= 1.01 * MOST_ORBITS
-
     # an empty one is refused
     for low_high in ((7.2, 7.1), (float("nan"), 7.0), (-3.0, -2.0)):
         with pytest.raises(RequestError, match="omega"):
@@ -200,7 +188,7 @@ def test_a_job_computes_what_the_scan_means_and_says_that_kernels_are_compiled(m
     job.join()
     assert messages[0][0] == "compiling the kernels of ssul"
     assert messages[-1] == ("", 1.0)
-    assert (job.done, job.error) == (55, "")
+    assert (job.done, job.error) == (SCAN.lanes, "")
     assert (job.results.arrays["label"] != "").all()
     # one that is cancelled ends with its block
     monkeypatch.undo()
@@ -208,7 +196,7 @@ def test_a_job_computes_what_the_scan_means_and_says_that_kernels_are_compiled(m
     job = Job(SCAN, lambda: setattr(job, "cancelled", True))
     job.start()
     job.join()
-    assert 0 < job.done < 55
+    assert 0 < job.done < SCAN.lanes
 
 
 def test_there_is_a_slider_for_every_parameter():

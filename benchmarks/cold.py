@@ -84,20 +84,6 @@ def cost(*arguments: str, package: Path | None = None) -> Cost:
     return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit)
 
 
-def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, Cost]]]:
-    """Return for each package and round the cost, and the yardstick's around it."""
-    measurements: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]
-    before = cost("-c", YARDSTICK)
-    for _ in range(rounds):
-        for package, costs in zip(packages, measurements, strict=True):
-            spent = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
-            after = cost("-c", YARDSTICK)
-            yard = Cost((before.wall + after.wall) / 2, (before.cpu + after.cpu) / 2, after.memory)
-            costs.append((spent, yard))
-            before = after
-    return measurements
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description="The wait before the first orbit.")
     parser.add_argument(
@@ -107,8 +93,17 @@ def main() -> None:
     options = parser.parse_args()
     here = Path(__file__).resolve().parents[1]
     packages = [path.resolve() for path in options.package or [here]]
+    costs: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]  # with the yardstick's around it
+    before = cost("-c", YARDSTICK)
+    for _ in range(options.rounds):
+        for package, pairs in zip(packages, costs, strict=True):
+            spent = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
+            after = cost("-c", YARDSTICK)
+            yard = Cost((before.wall + after.wall) / 2, (before.cpu + after.cpu) / 2, after.memory)
+            pairs.append((spent, yard))
+            before = after
     first = None
-    for path, rounds in zip(packages, measured(packages, options.rounds), strict=True):
+    for path, rounds in zip(packages, costs, strict=True):
         ratio = median(spent.wall / yard.wall for spent, yard in rounds)
         work = median(spent.cpu / yard.cpu for spent, yard in rounds)
         first = first or (ratio, work)

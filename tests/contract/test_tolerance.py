@@ -29,12 +29,8 @@ def scan(**sampling):
 
 
 def section(**sampling):
-    return Computer(scan(**sampling)).lanes(*chains())["section"]
-
-
-def chains():
     cells = load_scan(SMALL).cells()[:, np.newaxis]
-    return cells, np.zeros((len(cells), 4))
+    return Computer(scan(**sampling)).lanes(cells, np.zeros((len(cells), 4)))["section"]
 
 
 # ---- scans ---------------------------------------------------------------------------------------
@@ -74,34 +70,12 @@ def test_experts_may_set_what_the_tolerance_would():
     assert scan(method="rk4", period_steps=64).settings == Settings.rk4(64.0)
 
 
-# what stands in the file and on the command line -> the one line
-REFUSED = {
-    "rk4 beside it": ({"method": "rk4", "tolerance": 1e-6}, {}, "scan: [sampling]: tolerance is of "
-                      "method 'exact'; 'rk4' has period_steps"),
-    "above rk4": ({"method": "rk4"}, {"tolerance": 1e-6}, "changes: [sampling]: tolerance is of "
-                  "method 'exact'; 'rk4' has period_steps"),
-    "steps of rk4": ({"period_steps": 512}, {}, "scan: [sampling]: period_steps is of method "
-                     "'rk4'; 'exact' has tolerance"),
-    "nodes of rk4": ({}, {"method": "rk4", "nodes": 8}, "changes: [sampling]: nodes is of method "
-                     "'exact'; 'rk4' has period_steps"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_bad_settings_are_one_line_that_names_their_place(name):
-    below, above, message = REFUSED[name]
-    document = {**SMALL, "sampling": {**SMALL["sampling"], **below}}
-    with pytest.raises(RequestError) as refused:
-        load_scan(document, {"sampling": above})
-    assert str(refused.value) == message
-
-
-def test_a_file_with_a_tolerance_serves_rk4_too():
-    """As a scan does that was read already."""
-    fine = {**SMALL, "sampling": {**SMALL["sampling"], "tolerance": "fine"}}
-    asked = {"sampling": {"method": "rk4"}}
-    assert load_scan(fine, asked) == load_scan(load_scan(fine), asked) == scan(method="rk4")
-    assert load_scan(fine, {"sampling": {"transient": 9}}).tolerance == 1e-12
+def test_a_tolerance_of_another_method_is_one_line_that_names_its_place(error_of):
+    words = "[sampling]: tolerance is of method 'exact'; 'rk4' has period_steps"
+    rk4 = {**SMALL, "sampling": {"method": "rk4"}}
+    beside = {**SMALL, "sampling": {"method": "rk4", "tolerance": 1e-6}}
+    assert error_of(load_scan, beside) == f"scan: {words}"
+    assert error_of(load_scan, rk4, {"sampling": {"tolerance": 1e-6}}) == f"changes: {words}"
 
 
 # ---- numbers -------------------------------------------------------------------------------------
@@ -110,12 +84,10 @@ def test_a_file_with_a_tolerance_serves_rk4_too():
 @pytest.mark.kernels
 def test_a_coarse_scan_is_coarser_and_both_are_within_their_tolerances():
     """Over a period from the same states, so that no growth comes between."""
-    cells, starts = chains()
-    errors, finest = {}, Computer(scan(tolerance=1e-13, transient=0, periods=4))
-    truth = finest.lanes(cells, starts)["section"]
+    errors, truth = {}, section(tolerance=1e-13, transient=0, periods=4)
     for tolerance in (1e-3, 1e-6, 1e-9, 1e-12):
-        arrays = Computer(scan(tolerance=tolerance, transient=0, periods=4)).lanes(cells, starts)
-        errors[tolerance] = np.abs(arrays["section"] - truth).max()
+        states = section(tolerance=tolerance, transient=0, periods=4)
+        errors[tolerance] = np.abs(states - truth).max()
         assert errors[tolerance] <= 10 * tolerance  # growth in four periods
     assert errors[1e-6] > 10 * errors[1e-9] > 100 * errors[1e-12]
 

@@ -70,6 +70,8 @@ def test_what_is_asked_last_counts(below, above, expected):
     )
     assert scan.document()["sampling"] == other.document()["sampling"]
     assert (scan.method, scan.settings) == (other.method, other.settings)
+    read_already = load_scan(one | {"sampling": below})
+    assert load_scan(read_already, {"sampling": above}) == other
 
 
 PLANE = "bifurcation --set omega=7.7 --vary v2_0=-1:1:3 --record attractor"

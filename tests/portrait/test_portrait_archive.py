@@ -60,17 +60,7 @@ def same(one, other):
     )
 
 
-def test_windows_come_back_to_the_last_bit(archive):
-    request = load_portrait(DOCUMENT)
-    portrait = portrait_in(archive)
-    assert isinstance(nv.open_archive(archive), Portrait)
-    assert portrait.request.hash == request.hash
-    computed = views_of(request, quiet=True)
-    assert len(portrait.views) == len(computed) == 2
-    assert all(same(one, other) for one, other in zip(portrait.views, computed, strict=True))
-
-
-def test_columns_with_parameters_of_their_own(tmp_path):
+def test_windows_and_columns_with_parameters_of_their_own_come_back_to_the_last_bit(tmp_path):
     columns = [
         {"name": "soft", "set": {"K": 1e7}, "window": [4, 8]},
         {"name": "hard", "panels": ["relative"]},
@@ -78,6 +68,7 @@ def test_columns_with_parameters_of_their_own(tmp_path):
     request = load_portrait({**DOCUMENT, "column": columns})
     run(request, tmp_path / "both.h5")
     stored, computed = portrait_in(tmp_path / "both.h5"), views_of(request, quiet=True)
+    assert isinstance(nv.open_archive(tmp_path / "both.h5"), Portrait)
     assert [len(view.section) for view in stored.views] == [4, 6, 12]
     assert all(same(one, other) for one, other in zip(stored.views, computed, strict=True))
     assert stored.request.hash == request.hash

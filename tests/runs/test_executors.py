@@ -1,8 +1,10 @@
 """Lanes handed out to threads: each once, in any order, and all is quiet when the call returns."""
 
+import multiprocessing
 import os
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -19,21 +21,26 @@ def eight(monkeypatch):
     monkeypatch.setattr(executors, "_used", None)
 
 
-@pytest.mark.parametrize("lanes", [0, 1, 2, 7, 100, 1001])
-@pytest.mark.parametrize("least", [1, 5, 2000])
-@pytest.mark.parametrize("used", [1, 2, 8])
-def test_every_lane_is_done_once(lanes, least, used):
-    use_threads(used)
+def every_lane_is_done_once(lanes, least=1):
     done, pieces = np.zeros(lanes, int), []
 
     def work(begin, end):
         done[begin:end] += 1
         pieces.append(end - begin)
+        time.sleep(0)
 
     in_pieces(work, lanes, least)
     assert (done == 1).all()
     small = [size for size in pieces if size < least]
     assert len(small) <= 1  # what is left at the end
+
+
+@pytest.mark.parametrize("lanes", [0, 1, 2, 7, 100, 1001])
+@pytest.mark.parametrize("least", [1, 5, 2000])
+@pytest.mark.parametrize("used", [1, 2, 8])
+def test_every_lane_is_done_once(lanes, least, used):
+    use_threads(used)
+    every_lane_is_done_once(lanes, least)
 
 
 def test_pieces_become_smaller_or_are_single_lanes_where_these_differ_most():
@@ -60,87 +67,50 @@ def test_threads_that_are_ready_take_what_others_have_no_time_for():
     assert time.perf_counter() - began < 0.3
 
 
-def test_an_error_stops_the_others_and_nothing_is_at_work_afterwards():
-    begun, ended = [], []
-
-    def work(begin, end):
-        begun.append(begin)
-        if len(begun) == 3:
-            raise MemoryError("the third piece")
-        time.sleep(0.01)
-        ended.append(begin)
-
-    with pytest.raises(MemoryError, match="the third piece"):
-        in_pieces(work, 10_000)
-    assert len(ended) == len(begun) - 1
-    assert len(begun) < 30  # of hundreds
-    in_pieces(lambda begin, end: None, 100)  # and the next call is as ever
-
-
-def test_the_caller_may_be_interrupted_between_two_pieces():
-    """As by the second Ctrl-C: what was begun is finished, nothing else is begun."""
+@pytest.mark.parametrize(
+    ("error", "fails", "most"),
+    [
+        (MemoryError, lambda count, is_caller: count == 3, 30),
+        (KeyboardInterrupt, lambda count, is_caller: is_caller and count > 10, 200),
+    ],
+)
+def test_an_error_or_ctrl_c_stops_all_and_nothing_is_at_work_afterwards(error, fails, most):
+    """The second Ctrl-C reaches the caller, between two pieces: what was begun is finished."""
     begun, ended = [], []
     caller = threading.current_thread()
 
     def work(begin, end):
         begun.append(begin)
-        if threading.current_thread() is caller and len(begun) > 10:
-            raise KeyboardInterrupt
-        time.sleep(0.002)
+        if fails(len(begun), threading.current_thread() is caller):
+            raise error("a piece")
+        time.sleep(0.01)
         ended.append(begin)
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(error, match="a piece"):
         in_pieces(work, 10_000)
     count = len(begun)
     assert len(ended) == count - 1
+    assert count < most  # of more than 200
     time.sleep(0.05)
     assert len(begun) == count
+    every_lane_is_done_once(100)  # and the next call is as ever
 
 
 def test_two_callers_do_not_disturb_each_other():
-    done = np.zeros((4, 500), int)
-
-    def call(row):
-        def work(begin, end):
-            done[row, begin:end] += 1
-            time.sleep(0)
-
-        in_pieces(work, 500)
-
-    callers = [threading.Thread(target=call, args=(row,)) for row in range(4)]
-    for caller in callers:
-        caller.start()
-    for caller in callers:
-        caller.join()
-    assert (done == 1).all()
+    with ThreadPoolExecutor() as callers:
+        for call in [callers.submit(every_lane_is_done_once, 500) for _ in range(4)]:
+            call.result()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_fork_has_threads_of_its_own():
     in_pieces(lambda begin, end: time.sleep(0.001), 100)  # the threads of this process are there
-    child = os.fork()
-    if child == 0:
-        done, status = np.zeros(100, int), 1
-        try:
-
-            def work(begin, end):
-                done[begin:end] += 1
-                time.sleep(0.001)
-
-            in_pieces(work, 100)
-            status = 0 if (done == 1).all() else 2
-        finally:
-            os._exit(status)
-    for _ in range(500):
-        ended, status = os.waitpid(child, os.WNOHANG)
-        if ended:
-            break
-        time.sleep(0.01)
-    else:
-        os.kill(child, 9)
-        os.waitpid(child, 0)
-        pytest.fail("the child waits for threads that it does not have")
-    assert os.waitstatus_to_exitcode(status) == 0
+    child = multiprocessing.get_context("fork").Process(target=every_lane_is_done_once, args=(100,))
+    child.start()
+    child.join(10)
+    child.kill()  # if it waits for threads that it does not have
+    child.join()
+    assert child.exitcode == 0
 
 
 def test_how_many_threads_there_are_holds_for_all_and_starts_none(monkeypatch):

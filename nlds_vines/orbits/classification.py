@@ -236,7 +236,7 @@ def classify(
     Notes
     -----
     docs/scans.md holds the decision table.  Once compiled, a T,1 orbit takes some 1 ms
-    (`python -m benchmarks.python`).
+    (`python -m benchmarks.speed --only classify`, 50 calls).
 
     Examples
     --------

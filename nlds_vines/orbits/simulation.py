@@ -274,7 +274,8 @@ def simulate(
 
     Notes
     -----
-    Once compiled, a call of one period takes some 50 us (`python -m benchmarks.python`).
+    Once compiled, a call of one period takes some 50 us
+    (`python -m benchmarks.speed --only simulate`, 300 calls).
 
     Examples
     --------

@@ -120,16 +120,18 @@ class MadeUp:
     """Evidence with invented results.
 
     Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
-    frequency; `design`, E1max of a system on a map where tuned [J]; `damper`, the damper's energy
-    over the structure's; `walls`, the share of impacts on the far one of two; `reduction`, that by
-    the damper; `orbits`, the motions in a portrait by the short name of its request; `changed`,
-    parameters with other values.
+    frequency; `design`, E1max of a system on a map where tuned [J], and `violations`, of its limit;
+    `damper`, the damper's energy over the structure's, or a function of omega that returns it;
+    `walls`, the share of impacts on the far one of two; `reduction`, that by the damper; `orbits`,
+    the motions in a portrait by the short name of its request; `changed`, parameters with other
+    values.
     """
 
     energy: Callable = published
     regimes: Callable = motion
     design: Callable = flat
-    damper: float = 1.3
+    violations: int = 0
+    damper: float | Callable = 1.3
     walls: float = 0.5
     reduction: float = 0.4
     orbits: Callable = field(default_factory=lambda: as_published)
@@ -142,8 +144,9 @@ class MadeUp:
         system = scan.system.with_(**parameters)
         axes = {axis.name: axis.values for axis in scan.axes}
         if "omega" not in axes:
-            zero = np.zeros(scan.shape, int)
-            return Data(system, axes, {"E1max": _map(self.design, figure), "violations": zero})
+            violations = np.full(scan.shape, self.violations)
+            numbers = {"E1max": _map(self.design, figure), "violations": violations}
+            return Data(system, axes, numbers)
         if len(axes) == 1:
             return Data(system, axes, _along(self, system, axes["omega"]))
         second = scan.axes[1]
@@ -173,7 +176,8 @@ def _along(world, system, omega):
     """Return invented numbers of a system by frequency."""
     E1 = world.energy(system, omega) + np.zeros(omega.size)
     n, k, label = world.regimes(system, omega)
-    share = world.damper if system.kind == "ssul" else 0.2
+    damper = world.damper(omega) if callable(world.damper) else world.damper
+    share = damper if system.kind == "ssul" else 0.2
     far = (k * world.walls).astype(int)
     return {
         "E1max": E1, "E2max": share * E1, "periodicity": n, "impact_count": k, "label": label,

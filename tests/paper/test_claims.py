@@ -31,20 +31,9 @@ NEVER_DECIDED = {  # the paper is silent
 }
 
 
-@pytest.fixture(scope="module")
-def verdicts():
-    return {
-        claim.statement: {
-            name: judge(claim, evidence).verdict for name, evidence in RESULTS.items()
-        }
-        for claim in ALL
-    }
-
-
-@pytest.mark.slow("all claims in all invented worlds, once for all of these tests")
 @pytest.mark.parametrize("claim", ALL, ids=lambda claim: claim.statement)
-def test_every_check_can_fail_and_can_hold(verdicts, claim):
-    words = set(verdicts[claim.statement].values())
+def test_every_check_can_fail_and_can_hold(claim):
+    words = {judge(claim, evidence).verdict for evidence in RESULTS.values()}
     if claim.statement in NEVER_DECIDED:
         assert words == {Verdict.OPEN}
     else:
@@ -115,94 +104,57 @@ def test_a_claim_agrees_in_part_where_some_measures_hold():
     assert verdicts == [AGREE, PART, DIFFER, AGREE]
 
 
-# ---- sections 2 and 3 ----------------------------------------------------------------------------
-
-JUDGED = [
+JUDGED = {
     # designs and surface (section 2)
-    ("strikes the obstacle and the structure", "published", AGREE),
-    ("strikes the obstacle and the structure", "other orbits", DIFFER),
-    ("(Figure 1b) hardly mitigates", "published", AGREE),
-    ("(Figure 1b) hardly mitigates", "better designs", DIFFER),
-    ("A soft surface of the damper is better", "published", AGREE),
-    ("A soft surface of the damper is better", "contrary", DIFFER),
-    ("E2 = 2.05e7 Pa is the optimum", "published", AGREE),
-    ("E2 = 2.05e7 Pa is the optimum", "contrary", DIFFER),
-    ("A soft surface makes impacts softer", "published", AGREE),
-    ("A soft surface makes impacts softer", "other orbits", DIFFER),
+    "strikes the obstacle and the structure": {"published": AGREE, "other orbits": DIFFER},
+    "(Figure 1b) hardly mitigates": {"published": AGREE, "better designs": DIFFER},
+    "A soft surface of the damper is better": {"published": AGREE, "contrary": DIFFER},
+    "E2 = 2.05e7 Pa is the optimum": {"published": AGREE, "contrary": DIFFER},
+    "A soft surface makes impacts softer": {"published": AGREE, "other orbits": DIFFER},
     # optima
-    ("Sets 3 to 6 are optima", "published", AGREE),
-    ("Sets 3 to 6 are optima", "all_different", PART),
-    ("Sets 3 to 6 are optima", "better designs", DIFFER),
-    ("So is the SSbl NES of Table 2", "published", AGREE),
-    ("So is the SSbl NES of Table 2", "better designs", DIFFER),
-    ("Many sets of parameters", "published", AGREE),
-    ("Many sets of parameters", "worse designs", DIFFER),
+    "Sets 3 to 6 are optima": {"published": AGREE, "all_different": PART, "better designs": DIFFER},
+    "So is the SSbl NES of Table 2": {"published": AGREE, "better designs": DIFFER},
+    "Many sets of parameters": {"published": AGREE, "worse designs": DIFFER},
     # parameter sets and three dampers (section 3)
-    ("Set 6 is slightly the most effective", "contrary", DIFFER),
-    ("Sets 3 to 6 reduce the energy similarly", "published", AGREE),
-    ("Sets 3 to 6 reduce the energy similarly", "all_different", PART),
-    ("The damper's own energy is large", "published", AGREE),
-    ("The damper's own energy is large", "rising", DIFFER),
-    ("2T, 3T, 4T with 1, 2, 3 impacts", "in turns", AGREE),
-    ("2T, 3T, 4T with 1, 2, 3 impacts", "published", PART),
-    ("2T, 3T, 4T with 1, 2, 3 impacts", "unchanging", DIFFER),
-    ("One K gives 3T,3", "published", AGREE),
-    ("One K gives 3T,3", "other K", PART),
-    ("One K gives 3T,3", "unchanging", DIFFER),
-    ("The damper moves far away", "published", AGREE),
-    ("The damper moves far away", "other orbits", DIFFER),
-    ("SSbl NES and TMD are only slightly less", "published", DIFFER),
-    ("SSbl NES and TMD are only slightly less", "unchanging", AGREE),
+    "Set 6 is slightly the most effective": {"contrary": DIFFER},
+    "Sets 3 to 6 reduce the energy similarly": {"published": AGREE, "all_different": PART},
+    "The damper's own energy is large": {"published": AGREE, "rising": DIFFER},
+    "2T, 3T, 4T with 1, 2, 3 impacts": {"in turns": AGREE, "published": PART, "unchanging": DIFFER},
+    "One K gives 3T,3": {"published": AGREE, "other K": PART, "unchanging": DIFFER},
+    "The damper moves far away": {"published": AGREE, "other orbits": DIFFER},
+    "SSbl NES and TMD are only slightly less": {"published": DIFFER, "unchanging": AGREE},
     # stiffness (section 4.1)
-    ("Any change of the stiffness", "contrary", AGREE),
-    ("Any change of the stiffness", "published", PART),
-    ("Any change of the stiffness", "unchanging", DIFFER),
-    ("costs much less than a softer one", "published", AGREE),
-    ("costs much less than a softer one", "unchanging", DIFFER),
-    ("A softer structure costs all three much", "published", PART),
+    "Any change of the stiffness": {"contrary": AGREE, "published": PART, "unchanging": DIFFER},
+    "costs much less than a softer one": {"published": AGREE, "unchanging": DIFFER},
+    "A softer structure costs all three much": {"published": PART},
     # damping and force (sections 4.2, 4.3, 7)
-    ("Changing c1 hardly matters", "unchanging", AGREE),
-    ("Changing c1 hardly matters", "contrary", DIFFER),
-    ("Changing P hardly matters", "published", AGREE),
-    ("Changing P hardly matters", "contrary", DIFFER),
-    ("With c1 changed, the reduction", "unchanging", AGREE),
-    ("With c1 changed, the reduction", "contrary", DIFFER),
-    ("With P changed, the reduction", "published", PART),
-    ("With P changed, the reduction", "unchanging", AGREE),
-    ("Changing c1 leaves the dynamics", "published", AGREE),
-    ("Changing c1 leaves the dynamics", "restless", DIFFER),
-    ("Changing P leaves the dynamics", "published", AGREE),
-    ("Changing P leaves the dynamics", "restless", DIFFER),
-    ("A change of P acts as one of c1 does", "unchanging", AGREE),
-    ("A change of P acts as one of c1 does", "published", PART),
-    ("A change of P acts as one of c1 does", "restless", PART),
-    ("A change of P acts as one of c1 does", "contrary", DIFFER),
-    ("keep their tuning alike", "unchanging", AGREE),
-    ("keep their tuning alike", "published", PART),
-    ("keep their tuning alike", "contrary", DIFFER),
+    "Changing c1 hardly matters": {"unchanging": AGREE, "contrary": DIFFER},
+    "Changing P hardly matters": {"published": AGREE, "contrary": DIFFER},
+    "With c1 changed, the reduction": {"unchanging": AGREE, "contrary": DIFFER},
+    "With P changed, the reduction": {"published": PART, "unchanging": AGREE},
+    "Changing c1 leaves the dynamics": {"published": AGREE, "restless": DIFFER},
+    "Changing P leaves the dynamics": {"published": AGREE, "restless": DIFFER},
+    "A change of P acts as one of c1 does": {
+        "unchanging": AGREE, "published": PART, "restless": PART, "contrary": DIFFER,
+    },
+    "keep their tuning alike": {"unchanging": AGREE, "published": PART, "contrary": DIFFER},
     # dynamics (sections 5 and 7)
-    ("T,1 covers almost the whole range", "unchanging", AGREE),
-    ("T,1 covers almost the whole range", "published", PART),
-    ("What follows is chaos", "chaos", AGREE),
-    ("What follows is chaos", "published", DIFFER),
-    ("Irregular motion does not spoil", "published", AGREE),
-    ("Irregular motion does not spoil", "rising", PART),
-    ("Irregular motion does not spoil", "without period", PART),
-    ("Irregular motion does not spoil", "spoiled", DIFFER),
+    "T,1 covers almost the whole range": {"unchanging": AGREE, "published": PART},
+    "What follows is chaos": {"chaos": AGREE, "published": DIFFER},
+    "Irregular motion does not spoil": {
+        "published": AGREE, "rising": PART, "without period": PART, "spoiled": DIFFER,
+    },
     # single orbits (section 5)
-    ("three impacts of a cycle", "published", AGREE),
-    ("three impacts of a cycle", "other orbits", DIFFER),
-    ("is a smear", "published", AGREE),
-    ("is a smear", "other orbits", DIFFER),
-    ("broad and continuous", "published", AGREE),
-    ("broad and continuous", "other orbits", DIFFER),
-]
+    "three impacts of a cycle": {"published": AGREE, "other orbits": DIFFER},
+    "is a smear": {"published": AGREE, "other orbits": DIFFER},
+    "broad and continuous": {"published": AGREE, "other orbits": DIFFER},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("words", "world", "expected"), JUDGED)
-def test_verdicts_in_invented_worlds(words, world, expected):
-    judgment = judge(claim_of(words), RESULTS[world])
-    assert judgment.verdict == expected, judgment.text
+@pytest.mark.parametrize(("words", "expected"), JUDGED.items())
+def test_verdicts_in_invented_worlds(words, expected):
+    judgments = {world: judge(claim_of(words), RESULTS[world]) for world in expected}
+    assert {world: one.verdict for world, one in judgments.items()} == expected, judgments
 
 
 def tuned_alone(system, omega):
@@ -213,24 +165,8 @@ def tuned_alone(system, omega):
     return paper_results.bell(omega, peaks.get(system.parameters["C"], 670), 5.7) + 78
 
 
-class LargeWhereTuned(MadeUp):
-    """The damper has more energy than the structure only where tuned."""
-
-    def __call__(self, figure, name=""):
-        data = super().__call__(figure, name)
-        near = np.abs(data.omega - 6.28) < 0.3
-        data.numbers["E2max"][...] = data["E1max"] * np.where(near, 1.5, 0.8)
-        return data
-
-
-class Violating(MadeUp):
-    """Good designs come where they must not, and so do not count."""
-
-    def __call__(self, figure, name=""):
-        data = super().__call__(figure, name)
-        if figure == "model-1b":
-            data.numbers["violations"][...] = 1
-        return data
+def large_where_tuned(omega):
+    return np.where(np.abs(omega - 6.28) < 0.3, 1.5, 0.8)
 
 
 def best_by_peak(system, omega):
@@ -287,7 +223,7 @@ def smeared(**breadths):
 LINES, FLOOR = Breadth(3, 0.04, 31, 32), Breadth(3, 0.8, 32, 32)
 SPECIAL = [
     ("Sets 3 to 6 reduce", MadeUp(tuned_alone), PART, ""),
-    ("The damper's own energy is large", LargeWhereTuned(), PART, ""),
+    ("The damper's own energy is large", MadeUp(damper=large_where_tuned), PART, ""),
     ("Set 6 is slightly the most", MadeUp(best_by_peak), PART, "Set 6 the last of Sets 3 to 6"),
     ("With c1 changed, the reduction", MadeUp(growing), PART, "ssbl 1.65, 1.00, 0.67"),
     ("3T,3 at 7.375 rad/s.", only_at(2.5e7), PART, ""),
@@ -301,7 +237,7 @@ SPECIAL = [
     ("Among them are chaotic motions", MadeUp(), AGREE, ""),
     ("Irregular motion", bursting(1.1), AGREE, "up to 1.10 times"),
     ("Irregular motion", bursting(1.3), PART, "up to 1.30 times"),
-    ("hardly mitigates", Violating(design=paper_results.better_design), AGREE,
+    ("hardly mitigates", MadeUp(design=paper_results.better_design, violations=1), AGREE,
      "^none of 500 designs keeps x1 < x2$"),
     ("broad and continuous", smeared(x2=LINES), PART, ""),
     ("broad and continuous", smeared(x2=FLOOR, force=FLOOR), PART, ""),
@@ -351,30 +287,20 @@ def test_a_page_without_its_figure_is_refused(here, capsys):
 # ---- what claims are measured by -----------------------------------------------------------------
 
 
-SHORT = {"sampling": {"samples": 64, "transient": 2000, "periods": 48}}
-SYSTEM = {"system": "ssul-set6", "set": {"omega": 7.375, "K": 2.5e7}}
-
-
-@pytest.fixture(scope="module")
-def view():
-    (only_view,) = views_of(load_portrait({**SYSTEM, **SHORT}))
-    return only_view
-
-
-def test_forces_and_durations_are_those_of_the_last_cycle(view):
+def test_motion_is_that_of_the_last_cycle_and_its_spectra_are_lines():
+    numbers = {"omega": 7.375, "K": 2.5e7}
+    sampling = {"samples": 64, "transient": 2000, "periods": 48}
+    portrait = {"system": "ssul-set6", "set": numbers, "sampling": sampling}
+    (view,) = views_of(load_portrait(portrait))
     motion = motion_of(view)
-    system = nv.load_system("ssul-set6", omega=7.375, K=2.5e7)
-    impacts = nv.simulate(system, 3, transient=2045).impacts
+    impacts = nv.simulate(nv.load_system("ssul-set6", **numbers), 3, transient=2045).impacts
     assert motion.label == "3T,3"
     np.testing.assert_allclose(motion.forces, impacts["force"], rtol=1e-6)
     np.testing.assert_allclose(motion.durations, impacts["release"] - impacts["touch"], rtol=1e-6)
     assert motion.section.shape == (48, 4)
     assert -0.07 < motion.least < -0.06233  # the clearance, and the depth of the deepest impact
     assert motion.greatest > 0.2
-
-
-def test_a_periodic_orbit_has_lines_only_whatever_the_window(view):
-    for breadth in motion_of(view).breadths.values():
+    for breadth in motion.breadths.values():  # whatever the window
         assert breadth.comb == 3
         assert breadth.share < 1e-6
         assert breadth.bins == breadth.bins_of_half
@@ -384,16 +310,12 @@ def test_orbits_are_those_of_the_request(tmp_path):
     path = tmp_path / "orbit.toml"
     path.write_text("""
 system = "ssul-set6"
-[sampling]
-samples = 32
-[portrait]
-panels = ["force"]
-[[column]]
-set = { omega = 6.28 }
-window = [20, 32]
-[[column]]
-set = { omega = 7.45, K = 2.5e7 }
-window = [20, 32]
+sampling = { samples = 32 }
+portrait = { panels = ["force"] }
+column = [
+    { set = { omega = 6.28 }, window = [20, 32] },
+    { set = { omega = 7.45, K = 2.5e7 }, window = [20, 32] },
+]
 """)
     first, second = motions_of(load_figure(path))
     assert first.system.parameters["omega"] == 6.28
@@ -411,12 +333,6 @@ def test_an_orbit_that_ends_early_leaves_its_claims_open(monkeypatch):
         motions_of(paper_results.requests()["9"])
 
 
-def test_the_packaged_portraits_are_those_that_claims_ask_for():
-    requests = paper_results.requests().items()
-    kinds = {short: "" if request.computed else "portrait" for short, request in requests}
-    assert {kinds[short] for short in ("9", "10", "impact")} == {"portrait"}
-
-
 def data(axes, energy, depth):
     violations = np.where(np.isfinite(depth), 3, 0)
     numbers = {"E1max": energy, "violation_depth": depth, "violations": violations}
@@ -425,16 +341,15 @@ def data(axes, energy, depth):
 
 def test_the_best_of_the_dampers_that_keep_a_limit_is_told():
     axes = {"k2": np.array([300.0, 400.0]), "c2": np.array([25.0, 50.0])}
-    map_of = data(
-        axes, np.array([[40.0, 60.0], [80.0, 90.0]]), np.array([[0.7, 0.35], [0.15, np.nan]])
-    )
+    energy, depth = [[40.0, 60.0], [80.0, 90.0]], [[0.7, 0.35], [0.15, np.nan]]
+    map_of = data(axes, np.array(energy), np.array(depth))
     assert passage(map_of).tolist() == [[0.7, 0.35], [0.15, 0.0]]
-    rows = {row[0]: row[1:] for row in best_within(lambda name: map_of)}
+    rows = list(best_within(lambda name: map_of))
     assert len(rows) == len(LIMITS)
-    assert rows["0"] == ("90.0", "400", "50", "1 of 4")
-    assert rows["0.2"] == ("80.0", "400", "25", "2 of 4")
-    assert rows["0.4"] == ("60.0", "300", "50", "3 of 4")
-    assert rows["0.8"] == ("40.0", "300", "25", "4 of 4")
+    assert set(rows) >= {
+        ("0", "90.0", "400", "50", "1 of 4"), ("0.2", "80.0", "400", "25", "2 of 4"),
+        ("0.4", "60.0", "300", "50", "3 of 4"), ("0.8", "40.0", "300", "25", "4 of 4"),
+    }  # fmt: skip
 
 
 def test_what_set_6_takes_is_told_where_tuned_at_its_peak_and_at_most():

@@ -27,18 +27,14 @@ from scans import unfilled
 
 PAGE = """
 title = "a small page"
+sampling = { transient = 40, periods = 5 }
+record = { want = ["impacts", "energy"] }
+set = { P = 700.0 }
 [figure]
 columns = 2
 damper_energy = true
 [vary]
 omega = { start = 6.0, stop = 6.5, num = 6 }
-[sampling]
-transient = 40
-periods = 5
-[record]
-want = ["impacts", "energy"]
-[set]
-P = 700.0
 [[panels]]
 title = "one"
 set = { c1 = 452.0 }
@@ -62,6 +58,15 @@ shade = true
 def here(here):
     (here / "page.toml").write_text(PAGE)
     return here
+
+
+@pytest.fixture
+def figure(here):
+    def write(text=PAGE, name="page.toml"):
+        (here / name).write_text(text)
+        return load_figure(here / name)
+
+    return write
 
 
 @pytest.fixture
@@ -181,8 +186,7 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
     assert out == ""
     assert err.startswith("python -m paper: error: ")
     assert err.count("\n") == 1
-    for word in words:
-        assert word in err
+    assert all(word in err for word in words)
     assert files(here) == ["page.toml"]
 
 
@@ -303,12 +307,10 @@ def test_the_report_of_nothing_says_so(tmp_path):
 
 
 def page_of(short, archives):
+    """Return a request, its picture and the panels of that."""
     curves = curves_in(archives / paper_results.requests()[short].archive)
-    return curves.request, drawing.draw_curves(curves)
-
-
-def panels_of(figure):
-    return [axes for axes in figure.axes if axes.axison]
+    figure = drawing.draw_curves(curves)
+    return curves.request, figure, [axes for axes in figure.axes if axes.axison]
 
 
 def known(line):
@@ -317,8 +319,7 @@ def known(line):
 
 
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
-    request, figure = page_of("3", archives)
-    (frame,) = figure.axes
+    request, figure, (frame,) = page_of("3", archives)
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
     damped = request.cases[3]
     evidence = paper_results.MadeUp()("3", "ssul-set6")
@@ -350,16 +351,13 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     assert np.round(dashed, 2).tolist() == [7.5, 7.7]
     (narrow,) = [line.get_xdata()[0] for line in marks if line.get_linestyle() == "-"]
     assert narrow == pytest.approx(7.9)  # the window of one cell
-    (resonance,) = [
-        line.get_xdata()[0] for line in uprights if line.get_color() == drawing.RESONANCE
-    ]
-    assert resonance == pytest.approx(np.sqrt(39.5))
+    (resonance,) = (line for line in uprights if line.get_color() == drawing.RESONANCE)
+    assert resonance.get_xdata()[0] == pytest.approx(np.sqrt(39.5))
 
 
 @pytest.mark.parametrize("short", ["2a", "3", "4", "6", "free-tmd"])
 def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
-    request, figure = page_of(short, archives)
-    frames = panels_of(figure)
+    request, figure, frames = page_of(short, archives)
     assert len(frames) == len(request.panels)
     assert len({frame.get_xlim() for frame in frames}) == 1
     assert len({frame.get_ylim() for frame in frames}) == 1
@@ -367,12 +365,12 @@ def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
 
 
 def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
-    _, figure = page_of("6", archives)
-    titles = [frame.get_title(loc="left") for frame in panels_of(figure)]
+    _, figure, frames = page_of("6", archives)
+    titles = [frame.get_title(loc="left") for frame in frames]
     assert titles[0] == "(a)  $c_1=352$ N s/m"
     assert titles[1] == "(b)  $c_1=452$ N s/m (tuning)"
     assert figure.axes[1]._left_title.get_color() == drawing.BASE
-    _, figure = page_of("4", archives)
+    _, figure, _ = page_of("4", archives)
     labels = [text.get_text() for text in figure.axes[-1].get_legend().get_texts()]
     assert labels[3] == r"$k_1=3.95\times10^{4}$ N/m"
     lines = [line for line in figure.axes[0].get_lines() if line.get_marker() != "o"]
@@ -400,15 +398,6 @@ def test_the_whole_paper_is_reproduced(tmp_path):
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture
-def figure(here):
-    def write(text=PAGE, name="page.toml"):
-        (here / name).write_text(text)
-        return load_figure(here / name)
-
-    return write
-
-
 def test_every_curve_stands_in_every_panel_under_a_name_of_its_own(figure):
     page = figure()
     request = page.computed
@@ -422,11 +411,9 @@ def test_every_curve_stands_in_every_panel_under_a_name_of_its_own(figure):
     assert first.scan.system.parameters["P"] == second.scan.system.parameters["P"] == 700
     assert first.scan.want == ("energy",)  # no walls
     assert second.settings == {"k1": 3.0e4}
-    assert (second.color, second.line, second.base, second.shade) == (
-        *("#0072b2", "dashed", True, True),
-    )
+    looks = (second.color, second.line, second.base, second.shade)
+    assert looks == ("#0072b2", "dashed", True, True)
     # In the archive by label and panel; in the paper by what is not as in the catalog.
-    page = figure()
     assert page.computed.names == (
         *("alone, one", "k₁ = 30000 N/m, one"),
         *("alone, c₁ = 552 N s/m", "k₁ = 30000 N/m, c₁ = 552 N s/m"),
@@ -459,9 +446,8 @@ def test_a_scan_file_and_a_portrait_are_requests(figure):
     assert request.archive.startswith("figure8-")
     # a portrait is left to its own command
     request = figure('title = "an orbit"\n[portrait]\nomega = 7.4\n')
-    assert (request.title, request.computed, request.scans, request.archive) == (
-        "an orbit", None, {}, "",
-    )  # fmt: skip
+    assert (request.title, request.archive) == ("an orbit", "")
+    assert (request.computed, request.scans) == (None, {})
 
 
 @pytest.mark.parametrize(
@@ -485,26 +471,17 @@ def test_a_scan_file_and_a_portrait_are_requests(figure):
         ("[vary]", "[vary]\nK = { values = [1e7] }\n[extra]", ["extra", "figure"]),
         ("[figure]", "[figures]", ["'figures'", "figure"]),
         ("num = 6 }", "num = 6 }\nP = { values = [1.0] }", ["P", "not both"]),
-        (
-            "num = 6 }",
-            "num = 6 }\nm1 = { values = [1.0, 2.0] }",
-            ["[[curves]] 1", "2 parameters", "one"],
-        ),
+        ("num = 6 }", "num = 6 }\nm1 = { values = [1.0, 2.0] }", ["[[curves]] 1", "2 parameters"]),
+        (PAGE, "curves = 1", ["must be one or more tables [[curves]]"]),
+        (PAGE, "curves = []", ["must be one or more tables [[curves]]"]),
+        (PAGE, "[curves]\nsystem = 'tmd'", ["must be one or more tables [[curves]]"]),
+        (PAGE, PAGE + '[[curves]]\nsystem = "none"\n', ["stands twice"]),
     ],
 )
 def test_a_faulty_request_is_one_line_with_file_and_key(figure, old, new, words, error_of):
     assert old in PAGE
     message = error_of(figure, PAGE.replace(old, new, 1))
     assert all(word in message for word in ("page.toml", *words)), message
-
-
-def test_curves_are_an_array_of_tables_without_the_same_twice(figure):
-    for text in ("curves = 1", "curves = []", "[curves]\nsystem = 'tmd'"):
-        with pytest.raises(RequestError, match=r"must be one or more tables \[\[curves\]\]"):
-            figure(text)
-    twice = PAGE + '[[curves]]\nsystem = "none"\n'
-    with pytest.raises(RequestError, match="stands twice"):
-        figure(twice)
 
 
 # ---- what travels with the package ---------------------------------------------------------------

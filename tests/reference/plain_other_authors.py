@@ -149,10 +149,9 @@ def test_the_folds_of_budd_and_dux(omega, r, n, published):
 
 def test_a_start_from_which_no_orbit_closes_is_refused(tmp_path):
     system = load_system("hard-oscillator", omega=2.3, e=0.6, C=0.05)
+    options = {"period": 1, "to": tmp_path / "none.h5", "quiet": True}
     with pytest.raises(RequestError, match="closed no periodic orbit from the start"):
-        continue_branch(
-            system, "C", (-0.3, 0.4), (0.0, -0.1), period=1, to=tmp_path / "none.h5", quiet=True
-        )
+        continue_branch(system, "C", (-0.3, 0.4), (0.0, -0.1), **options)
     assert not (tmp_path / "none.h5").exists()
 
 

@@ -72,15 +72,12 @@ def test_sections_within_a_period(name, samples, method):
     """Each share of a period has its own phase of the forcing."""
     system, options = load_system(name), {} if method == "exact" else {"period_steps": 1024.0}
     p = system.parameters
-    orbit = simulate(
-        system, 2, start=steady_state(p), record=("trajectory",), samples=samples, method=method,
-        **options,
-    )  # fmt: skip
+    options |= {"method": method, "samples": samples, "record": ("trajectory",)}
+    orbit = simulate(system, 2, start=steady_state(p), **options)
     turned = np.exp(1j * p["omega"] * orbit.time)[:, np.newaxis] * amplitudes(p)
     expected = np.stack([turned.real, (1j * p["omega"] * turned).real], axis=-1)
-    np.testing.assert_allclose(
-        orbit.trajectory, expected.reshape(2 * samples, -1), rtol=0, atol=1e-9
-    )
+    expected = expected.reshape(2 * samples, -1)
+    np.testing.assert_allclose(orbit.trajectory, expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.kernels
@@ -126,37 +123,27 @@ def test_defective_and_degenerate_flights(changes):
         np.testing.assert_allclose(section, y[:4], rtol=0, atol=1e-10)
 
 
-# ---- the impact-free orbit of the SSul damper ----------------------------------------------------
+# ---- the impact-free orbit -----------------------------------------------------------------------
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("omega", [7.97, 9.0])
-def test_impact_free_orbit(omega):
-    p = {**SET6, "omega": omega}
-    expected = steady_state(p, p["V"] + p["C"])
-    orbit = simulate(system_of("ssul", p), 100, start=expected, record=FULL)
-    assert len(orbit.impacts) == 0
-    np.testing.assert_allclose(orbit.section, np.tile(expected, (100, 1)), rtol=0, atol=1e-10)
-    X = amplitudes(p)
-    assert orbit.E1max == pytest.approx(largest_energy(p["m1"], p["k1"], omega, X[0]), rel=1e-10)
-    assert orbit.E2max == pytest.approx(largest_energy(p["m2"], p["k2"], omega, X[1]), rel=1e-10)
-    assert orbit.clearance == pytest.approx(p["C"] - shortening(p), abs=1e-12)
-
-
-FAR_FROM_RESONANCE = [
-    *(("ssul", omega) for omega in (7.97, 9.0)),
-    *(pytest.param("ssbl", w, marks=pytest.mark.kernels) for w in (5.0, 5.2, 7.15, 8.0)),
-]
-
-
-@pytest.mark.parametrize(("kind", "omega"), FAR_FROM_RESONANCE)
+@pytest.mark.parametrize(
+    ("kind", "omega"),
+    [("ssul", 7.97), ("ssul", 9.0), *(("ssbl", omega) for omega in (5.0, 5.2, 7.15, 8.0))],
+)
 def test_rest_leads_to_the_impact_free_orbit(kind, omega):
     p = {**DAMPERS[kind], "omega": omega}
     system = system_of(kind, p)
-    orbit = simulate(system, 3, transient=300, record=BOTH)
+    orbit = simulate(system, 100, transient=300, record=FULL if kind == "ssul" else BOTH)
     assert len(orbit.impacts) == 0
-    expected = np.tile(steady_state(p, system.rest), (3, 1))
+    expected = np.tile(steady_state(p, system.rest), (100, 1))
     np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
+    if kind == "ssul":
+        energies = [
+            largest_energy(p[f"m{i}"], p[f"k{i}"], omega, amplitudes(p)[i - 1]) for i in (1, 2)
+        ]
+        assert [orbit.E1max, orbit.E2max] == pytest.approx(energies, rel=1e-10)
+        assert orbit.clearance == pytest.approx(p["C"] - shortening(p), abs=1e-12)
 
 
 @pytest.mark.kernels
@@ -190,14 +177,7 @@ def mechanical_energy(p, states):
     return (kinetic + p["k1"] * x1**2 + p["k2"] * stretch**2) / 2 + 0.4 * p["K"] * z**2.5
 
 
-@pytest.mark.parametrize(
-    "K",
-    [
-        1e6,  # stepped contacts
-        SET6["K"],  # short impacts
-        STEEL,
-    ],
-)
+@pytest.mark.parametrize("K", [1e6, SET6["K"], STEEL])  # stepped contacts, then short impacts
 def test_energy_is_constant_without_damping_and_forcing(K):
     p = {**SET6, "c1": 0.0, "c2": 0.0, "P": 0.0, "K": K}
     start = np.array([0.0, 0.3, p["V"] + p["C"], 0.0])
@@ -234,10 +214,6 @@ def test_two_distant_walls_are_no_walls():
 
 FREE = {"c1": 0.0, "c2": 0.0, "P": 0.0}
 PEAKS = ("energy", "peak")
-PLAIN, KERNELS = pytest.mark.plain, pytest.mark.kernels
-exact_plainly = pytest.mark.parametrize(
-    "method", [pytest.param("exact", marks=PLAIN), pytest.param("rk4", marks=KERNELS)]
-)
 FINEST = {"nodes": 24, "contact_steps": 64.0}
 
 
@@ -251,24 +227,16 @@ def energies(p, state, rest):
 # ---- what an impact passes on --------------------------------------------------------------------
 
 
-def one_impact(p, v1, s):
-    """Return the states at touch and release of an impact from x1 = 0, and its row.
-
-    The start lies on the wall, and the second run has its section at the release.
-    """
-    start = np.array([0.0, v1, p["V"], v1 - s])
-    row = simulate(system_of("ssul", p), 1, start=start, record=BOTH, **FINEST).impacts[0]
-    q = {**p, "omega": 2 * np.pi / row["release"]}
-    orbit = simulate(system_of("ssul", q), 1, start=start, record=BOTH, **FINEST)
-    return start, orbit.section[0], row
-
-
 @pytest.mark.parametrize("K", [1e5, SET6["K"], STEEL, 1e10 * SET6["K"]])
 @pytest.mark.parametrize(("v1", "s"), [(0.4, 1.5), (-0.4, 1.5), (0.1, 0.05)])
 def test_gains_are_differences_of_the_energies(K, v1, s):
+    """The start lies on the wall, and the second run has its section at the release."""
     p, rest = {**SET6, **FREE, "K": K, "omega": 1.0}, SET6["V"] + SET6["C"]
-    touch, release, row = one_impact(p, v1, s)
+    touch = np.array([0.0, v1, p["V"], v1 - s])
+    row = simulate(system_of("ssul", p), 1, start=touch, record=BOTH, **FINEST).impacts[0]
     assert row["touch"] == 0.0
+    system = system_of("ssul", {**p, "omega": 2 * np.pi / row["release"]})
+    (release,) = simulate(system, 1, start=touch, record=BOTH, **FINEST).section
     before, after = energies(p, touch, rest), energies(p, release, rest)
     scale = before.sum()
     gains = np.array([row["gain1"], row["gain2"]])
@@ -306,7 +274,13 @@ def test_peaks_and_maxima():
         assert one.E2max <= one.E2peak
 
 
-@exact_plainly
+METHODS = (
+    pytest.param("exact", marks=pytest.mark.plain),
+    pytest.param("rk4", marks=pytest.mark.kernels),
+)
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_the_peak_of_a_linear_transient(method):
     """Against matrix exponentials on a fine grid, a parabola through its highest samples."""
     system, n = load_system("tmd"), 4000
@@ -324,13 +298,11 @@ def test_the_peak_of_a_linear_transient(method):
         assert peak == pytest.approx(highest, rel=1e-9)
 
 
-@exact_plainly
+@pytest.mark.parametrize("method", METHODS)
 def test_a_start_may_be_the_peak(method):
     """From 3 m/s the dashpot takes more than the force gives: 4500 J, then the steady 1568.00."""
-    start = (0.0, 3.0)
-    orbit = simulate(
-        load_system("none"), 3, transient=200, start=start, record=PEAKS, method=method
-    )
+    system, options = load_system("none"), {"record": PEAKS, "method": method}
+    orbit = simulate(system, 3, transient=200, start=(0.0, 3.0), **options)
     assert orbit.E1peak == 4500.0
     assert round(orbit.E1max, 2) == 1568.00
     assert orbit.E2peak is None

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -43,11 +44,8 @@ def test_a_file_is_on_the_disk_before_it_takes_its_name_and_the_name_follows(pat
 
 def test_a_write_that_fails_leaves_the_file_and_nothing_else(path, monkeypatch):
     path.write_bytes(b"before")
-
-    def refuse(descriptor):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", refuse)
+    full = Mock(side_effect=OSError(28, "No space left on device"))
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"), files.whole(path) as temporary:
         temporary.write_bytes(b"after")
     assert path.read_bytes() == b"before"
@@ -63,19 +61,20 @@ def test_chunks_are_small_and_cover_a_short_array_whole():
 
 
 def test_every_source_and_its_name_count(tmp_path, monkeypatch):
-    package = tmp_path / "package"
-    (package / "inner").mkdir(parents=True)
-    (package / "one.py").write_text("1")
-    (package / "inner" / "two.py").write_text("2")
-    monkeypatch.setattr(provenance, "_PACKAGE", package)
-    hashes = [provenance._source_hash()]
-    (package / "inner" / "two.py").write_text("3")
-    hashes.append(provenance._source_hash())
-    (package / "inner" / "two.py").rename(package / "inner" / "three.py")
-    hashes.append(provenance._source_hash())
-    (package / "inner" / "three.py").rename(package / "three.py")
-    hashes.append(provenance._source_hash())
-    assert len(set(hashes)) == 4
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (tmp_path / "one.py").write_text("1")
+    (inner / "two.py").write_text("2")
+    monkeypatch.setattr(provenance, "_PACKAGE", tmp_path)
+    hashes = {provenance._source_hash()}
+    for change in (
+        lambda: (inner / "two.py").write_text("3"),
+        lambda: (inner / "two.py").rename(inner / "three.py"),
+        lambda: (inner / "three.py").rename(tmp_path / "three.py"),
+    ):
+        change()
+        hashes.add(provenance._source_hash())
+    assert len(hashes) == 4
 
 
 def test_what_may_change_a_bit_is_named():

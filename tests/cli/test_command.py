@@ -2,6 +2,7 @@
 
 import re
 from importlib import import_module
+from unittest.mock import Mock
 
 import pytest
 
@@ -41,30 +42,18 @@ def test_help_lists_what_matters_and_help_all_the_rest(name, answer):
         assert options_in(answer(name, "--help-all")) >= declared
 
 
-def test_two_options_for_one_entry_are_refused(here, refusal):
-    line = refusal("tuning", "--band", "5:8:3", "--over", "omega=5,6")
-    assert "--over and the option before it that gives omega exclude each other" in line
-    assert "--all and" in refusal("continuation", "--from", "rest", "--all")
-
-
-def command(carry_out):
+@pytest.fixture
+def command():
     return Command(
-        name="test", description="A test.", examples="examples: none", carry_out=carry_out,
+        name="test", description="A test.", examples="examples: none", carry_out=Mock(),
         declare=lambda parser: parser.add_argument("--number", type=int),
     )  # fmt: skip
 
 
-def raising(error):
-    def carry_out(options):
-        raise error
-
-    return carry_out
-
-
-def test_options_arrive_and_the_status_is_returned():
-    seen = []
-    assert command(lambda options: seen.append(options) or 1).main(["--number", "3"]) == 1
-    (options,) = seen
+def test_options_arrive_and_the_status_is_returned(command):
+    command.carry_out.return_value = 1
+    assert command.main(["--number", "3"]) == 1
+    (options,) = command.carry_out.call_args.args
     assert options.number == 3
 
 
@@ -79,15 +68,17 @@ def test_options_arrive_and_the_status_is_returned():
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_what_ends_a_command_is_one_line(error, status, message, capsys):
-    assert command(raising(error)).main([]) == status
+def test_what_ends_a_command_is_one_line(error, status, message, command, capsys):
+    command.carry_out.side_effect = error
+    assert command.main([]) == status
     out, err = capsys.readouterr()
     assert out == ""
     assert err == f"nlds-vines test: {message}\n"
 
 
-def test_help_names_description_and_examples(capsys):
-    assert command(raising(AssertionError())).main(["--help"]) == 0
+def test_help_names_description_and_examples(command, capsys):
+    assert command.main(["--help"]) == 0
+    command.carry_out.assert_not_called()
     text = capsys.readouterr().out
     assert "usage: nlds-vines test" in text
     assert "A test." in text

@@ -1,11 +1,13 @@
 """The portrait: requests checked once, windows of one run, pages for every scene, exit statuses."""
 
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 from layout import collisions
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 import nlds_vines as nv
@@ -33,6 +35,9 @@ OF_KIND = {
 }
 
 
+CHAOS = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
+
+
 def request_of(system, **portrait):
     sampling = {key: portrait.pop(key) for key in tuple(portrait) if key in (*SHORT, "windows")}
     sampling = {"samples": SAMPLES, **sampling} if "windows" in sampling else SHORT | sampling
@@ -45,8 +50,18 @@ def page(system, **options):
     return draw(request, views), views
 
 
+def figure11(**changes):
+    return load_portrait(ROOT / "scans" / "figure11.toml", changes)
+
+
 def headings(figure):
     return [words for axes in figure.axes if (words := axes.get_title(loc="left"))]
+
+
+def drawn(axes, label):
+    """Return the points of the only curve of a name."""
+    (line,) = (line for line in axes.lines if line.get_label() == label)
+    return line.get_xydata()
 
 
 def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both():
@@ -63,10 +78,10 @@ def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both(
 
 def test_a_letter_of_a_phase_plane_stands_in_a_corner_without_curves():
     figure, _ = page(OF_KIND["tmd"], panels=("phase1", "energy"))
-    plane = figure.axes[0]
+    plane, energy = figure.axes
     assert plane.texts[0].xy == (0, 1)
     plane.plot([plane.get_xlim()[0]], [plane.get_ylim()[1]], "o", scalex=False, scaley=False)
-    write_letters([[place_of("phase1", plane), place_of("energy", figure.axes[1])]], False)
+    write_letters([[place_of("phase1", plane), place_of("energy", energy)]], False)
     assert plane.texts[-1].xy == (1, 1)
 
 
@@ -75,7 +90,7 @@ def place_of(panel, axes):
 
 
 def test_lines_of_a_legend_are_visible_however_thin_the_curves():
-    figure, _ = page(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), periods=60, samples=1024)
+    figure, _ = page(CHAOS, periods=60, samples=1024)
     (plane,) = [axes for axes in figure.axes if axes.get_xlabel() == "$x_2$ [m]"]
     assert min(line.get_linewidth() for line in plane.lines[:1]) < 0.5
     for line in plane.get_legend().get_lines():
@@ -123,47 +138,41 @@ def test_nothing_is_written_outside_the_page_or_over_another_panel():
     for options in ({}, *({"windows": windows[:number]} for number in (2, 3, 4))):
         figure, _ = page(OF_KIND["ssul"], panels=ALL, **options)
         assert collisions(figure) == []  # which draws it
-        tall, wide = figure.bbox.height, figure.bbox.width
         boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes]
         boxes += [text.get_window_extent() for text in figure.texts]
-        assert all(box.x0 >= 0 and box.x1 <= wide for box in boxes)
-        assert all(box.y0 >= 0 and box.y1 <= tall for box in boxes)
-        for i, box in enumerate(boxes):
-            for other in boxes[:i]:
-                across = min(box.x1, other.x1) - max(box.x0, other.x0)
-                along = min(box.y1, other.y1) - max(box.y0, other.y0)
-                assert min(across, along) < 3  # pixels, of the white around a letter
+        assert Bbox.union([figure.bbox, *boxes]).bounds == figure.bbox.bounds
+        for box, other in combinations(boxes, 2):
+            both = Bbox.intersection(box, other)
+            # pixels, of the white around a letter
+            assert both is None or min(both.width, both.height) < 3
 
 
 def test_the_curves_are_the_orbit():
+    """That the states are those of `simulate`, the test of windows below shows."""
     figure, (view,) = page(OF_KIND["ssul"], panels=["displacement", "relative", "phase2"], show=5)
-    orbit = nv.simulate(
-        OF_KIND["ssul"], 12, transient=600, record=["trajectory", "impacts"], samples=SAMPLES
-    )
-    np.testing.assert_array_equal(view.states, orbit.trajectory)
     displacement, relative, phase = figure.axes
     x1, x2, obstacle = (line.get_ydata() for line in displacement.get_lines())
-    np.testing.assert_array_equal(x1, orbit.trajectory[: 5 * SAMPLES, 0])
-    np.testing.assert_array_equal(x2, orbit.trajectory[: 5 * SAMPLES, 2])
+    np.testing.assert_array_equal(x1, view.states[: 5 * SAMPLES, 0])
+    np.testing.assert_array_equal(x2, view.states[: 5 * SAMPLES, 2])
     np.testing.assert_allclose(obstacle - x1, 0.1, rtol=1e-12)
     assert displacement.get_xlim() == relative.get_xlim() == (600, 605)
     u, wall = relative.get_lines()
     np.testing.assert_array_equal(u.get_ydata(), x2 - x1)
     assert set(wall.get_ydata()) == {0.1}
     points = phase.get_lines()[-1]
-    np.testing.assert_array_equal(points.get_xydata()[-1], orbit.trajectory[-1, 2:])
+    np.testing.assert_array_equal(points.get_xydata()[-1], view.states[-1, 2:])
 
 
 def test_walls_are_drawn_by_their_own_lines_and_forces():
     figure, (view,) = page(OF_KIND["ssbl"], panels=["relative", "force"])
     relative, force = figure.axes
-    named = {line.get_label(): line.get_ydata() for line in relative.get_lines()[1:]}
-    places = {name: set(values) for name, values in named.items()}
-    assert places == {"structure": {0.0}, "obstacle": {0.42}}
-    curves = {line.get_label(): line.get_ydata() for line in force.get_lines()}
-    assert curves["structure"].min() == 0 < curves["structure"].max()
-    assert curves["obstacle"].max() == 0 > curves["obstacle"].min()
-    assert curves[r"$P\,\cos\,\omega t$"].max() == pytest.approx(0.8)
+    assert len(relative.lines) == 3
+    for name, place in (("structure", 0.0), ("obstacle", 0.42)):
+        assert set(drawn(relative, name)[:, 1]) == {place}
+    structure, obstacle = (drawn(force, name)[:, 1] for name in ("structure", "obstacle"))
+    assert structure.min() == 0 < structure.max()
+    assert obstacle.max() == 0 > obstacle.min()
+    assert drawn(force, r"$P\,\cos\,\omega t$")[:, 1].max() == pytest.approx(0.8)
     assert len(view.touches) == 24
 
 
@@ -204,11 +213,6 @@ def test_a_spectrum_is_cut_off_below_its_highest_line():
 SECTIONS = {"transient": 300, "periods": 24, "samples": 64}
 
 
-def drawn(axes, label):
-    (line,) = (line for line in axes.lines if line.get_label() == label)
-    return line.get_xydata()
-
-
 @pytest.mark.parametrize(("phase", "sample"), [(0.0, 0), (0.25, 16), (0.499, 32), (1.0, 0)])
 def test_a_section_is_taken_at_any_phase_of_the_force(phase, sample):
     figure, (view,) = page("tmd", panels=["section", "section1"], section_phase=phase, **SECTIONS)
@@ -239,16 +243,15 @@ def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
 
 
 def test_of_many_points_the_color_tells_how_many_are_near():
-    chaos = nv.load_system("ssul-set6", omega=7.4, K=2.5e7)
     long = {"transient": 400, "periods": CROWDED, "samples": 16}
-    figure, _ = page(chaos, panels=["section"], **long)
+    figure, _ = page(CHAOS, panels=["section"], **long)
     (cloud,) = figure.axes[0].collections
     assert len(cloud.get_offsets()) == CROWDED
     near = np.asarray(cloud.get_array())
     assert near.min() == 1
     assert near.max() > 5
     assert (np.diff(near) >= 0).all()  # the dense ones above
-    few, _ = page(chaos, panels=["section"], **long | {"periods": CROWDED - 1})
+    few, _ = page(CHAOS, panels=["section"], **long | {"periods": CROWDED - 1})
     assert not few.axes[0].collections
 
 
@@ -291,9 +294,7 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
 
 
 def test_a_subharmonic_orbit_is_told_by_its_period():
-    request = request_of(
-        nv.load_system("ssul-set6", omega=7.375, K=2.5e7), transient=1500, periods=40
-    )
+    request = request_of(CHAOS.with_(omega=7.375), transient=1500, periods=40)
     (view,) = views_of(request)
     assert (view.label, view.comb, view.spectrum.periods) == ("3T,3", 3, 39)
     assert view.share < 1e-10
@@ -318,13 +319,11 @@ def test_what_is_not_known_is_said():
 
 
 def test_a_start_is_where_the_orbit_begins():
-    request = load_portrait(
-        OF_KIND["ssul"],
-        {"start": {"state": [0.01, 0.0, 0.3, 0.0]}, "sampling": {**SHORT, "transient": 0}},
-    )
+    plain = request_of(OF_KIND["ssul"], transient=0)
+    request = load_portrait(plain, {"start": {"state": [0.01, 0.0, 0.3, 0.0]}})
     (view,) = views_of(request)
     assert view.states[0, 2] == pytest.approx(0.3, abs=0.01)
-    assert request.hash != request_of(OF_KIND["ssul"], transient=0).hash
+    assert request.hash != plain.hash
 
 
 CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (b), ...
@@ -348,7 +347,7 @@ def test_the_papers_figures_have_the_letters_of_their_captions(name):
 
 
 def test_panels_of_one_column_stand_side_by_side_below_its_name():
-    request = load_portrait(ROOT / "scans" / "figure11.toml", {"sampling": {"samples": 64}})
+    request = figure11(sampling={"samples": 64})
     views = views_of(request)
     rows = rows_of(request.panels, views)
     rows = [[(panel, view.column.name) for panel, view in row] for row in rows]
@@ -358,7 +357,7 @@ def test_panels_of_one_column_stand_side_by_side_below_its_name():
     assert rows[4] == [("phase", "periodic phase"), ("velocity", "periodic phase")]
     above = headings(draw(request, views))
     assert above.count("chaotic phase, periods 10 to 70") == 3  # above its column and over (b), (c)
-    plain = load_portrait(ROOT / "scans" / "figure11.toml", {"portrait": {"panels": ["force"]}})
+    plain = figure11(portrait={"panels": ["force"]})
     assert [column.panels for column in plain.columns] == [(), ()]
 
 
@@ -389,21 +388,17 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     first, second = folder / f"a{suffix}", folder / f"b{suffix}"
     options = {"transient": 100, "periods": 170, "samples": 512, "panels": ["phase1", "force"]}
     for path in (first, second):
-        figure = nv.orbit_portrait(
-            nv.load_system("ssul-set6", omega=7.4, K=2.5e7), to=path, **options
-        )
+        figure = nv.orbit_portrait(CHAOS, to=path, **options)
     assert first.read_bytes() == second.read_bytes()
     assert first.stat().st_size < 2_000_000
-    vectors = [
-        line for axes in figure.axes for line in axes.get_lines() if not line.get_rasterized()
-    ]
-    assert sum(line.get_xdata().size for line in vectors) < 20_000
+    lines = [line for axes in figure.axes for line in axes.get_lines()]
+    vectors = [line.get_xdata().size for line in lines if not line.get_rasterized()]
+    assert sum(vectors) < 20_000
 
 
 def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, ask):
-    out, err = ask(
-        "portrait", "good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet", status=1
-    )
+    stiff = ["--method", "rk4", "--set", "k2=1e9", "--quiet"]
+    out, err = ask("portrait", "good.toml", *stiff, status=1)
     assert out == ""
     assert err.count("\n") == 1
     assert "too_stiff" in err

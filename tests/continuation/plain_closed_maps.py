@@ -13,7 +13,7 @@ import pytest
 
 from nlds_vines.continuation import arclength, exploration, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
-from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow, half_of
+from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
 from nlds_vines.continuation.section_map import Cycle
 from nlds_vines.errors import RequestError
 
@@ -117,22 +117,14 @@ def explored(system, bounds, *seeds, **search):
     return explorer.run([(np.array(place, dtype=float), n) for place, n in seeds])
 
 
-def test_newton_closes_an_orbit_or_ends_at_once():
-    row, weights = np.array([0.6, 0.8]), np.ones(2)
-    place = np.array([0.75, 3.1])
-    cycle, ratio, _ = close(LOGISTIC, place, 1, row, weights)
-    x, p = cycle.place
-    assert abs(x - (1.0 - 1.0 / p)) < 1e-13
-    assert abs(float(row @ (cycle.place - place))) < 1e-13
-    assert 0.0 < ratio < 0.1
-    # newton that runs away finds nothing
+def test_newton_ends_where_there_is_no_orbit():
+    row, weights = np.array([0.0, 1.0]), np.ones(2)
     nowhere = Map(lambda y, p: y + 1.0 + y * y)
-    lost = np.array([0.1, 0.0])
-    assert close(nowhere, lost, 1, np.array([0.0, 1.0]), np.ones(2))[:2] == (None, inf)
+    assert close(nowhere, np.array([0.1, 0.0]), 1, row, weights)[:2] == (None, inf)
     assert len(nowhere.calls) <= arclength.OF_BRANCH.most_steps
     # of steps 0.035, 0.041, 0.032 and 0.081, for there is no fixed point, the last ends it
     flat = Map(lambda y, p: y + 1e-3 + y**2)
-    assert close(flat, np.array([0.05, 0.0]), 1, np.array([0.0, 1.0]), np.ones(2))[0] is None
+    assert close(flat, np.array([0.05, 0.0]), 1, row, weights)[0] is None
     assert len(flat.calls) < arclength.OF_BRANCH.most_steps
 
 
@@ -216,18 +208,11 @@ def test_small_tools_of_special_points():
     # the wall of a grazing is that whose impacts change
     walls = [special_points.wall_of_change((1, 1), after) for after in ((2, 1), (1, 2), (2, 2))]
     assert walls == ["near", "far", "both"]
-    # a polynomial has its value at zero
-    knots = [(v, np.array([3.0 - 2.0 * v + v**3, v])) for v in (0.5, -0.25, 1.0, 0.125)]
-    assert special_points.limit_of(knots) == pytest.approx([3.0, 0.0], abs=1e-14)
     # a null vector is hardly changed
     matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
     vector = special_points.null_vector(matrix)
     assert np.abs(matrix @ vector).max() < 1e-12
     assert float(vector @ vector) == pytest.approx(1.0, rel=1e-14)
-    # halves of an orbit differ by what they differ by
-    cycle = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
-    other = 3.3 * cycle.state[0] * (1.0 - cycle.state[0])
-    assert half_of(cycle)[0] == pytest.approx(other - cycle.state[0], rel=1e-14)
     # test functions are what their text says
     cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
     tests = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
@@ -297,12 +282,17 @@ def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
     assert arm.points[-1].cycle.defect < 1e-13
 
 
+REQUEST = SimpleNamespace(along=SimpleNamespace(name="p", low=2.5, high=3.5), system=None)
+
+
+def place_of(system, name, value, state):
+    return np.array([*state, value])
+
+
 @pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
 def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monkeypatch):
     """A branch 2T that has become T: the doubling is located at its end, or is not there."""
-    monkeypatch.setattr(
-        regime_borders, "place_of", lambda system, name, p, state: np.array([*state, p])
-    )
+    monkeypatch.setattr(regime_borders, "place_of", place_of)
     values = np.array([3.0 + off, 3.05, 3.1])
     states = np.array([[1.0 - 1.0 / values[0]], *([logistic_2T(p)] for p in values[1:])])
     branch = SimpleNamespace(
@@ -311,9 +301,7 @@ def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monk
     )  # fmt: skip
     kinds = [("kind", "U3"), ("value", float), ("bracket", float), ("branch", int), ("index", int)]
     special = np.zeros(0, kinds).view(np.recarray)
-    along = SimpleNamespace(name="p", low=2.5, high=3.5)
-    request = SimpleNamespace(along=along, system=None)
-    branches = SimpleNamespace(branches=(branch,), special_points=special, request=request)
+    branches = SimpleNamespace(branches=(branch,), special_points=special, request=REQUEST)
     walk = regime_borders._walked(branches, LOGISTIC, 0, 1, 3.08, 2.9)
     assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
     assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
@@ -330,13 +318,9 @@ class Scan(dict):
 
 
 def test_borders_are_those_of_a_scans_first_start_along_its_only_axis(monkeypatch):
-    monkeypatch.setattr(
-        regime_borders, "place_of", lambda system, name, p, state: np.array([*state, p])
-    )
+    monkeypatch.setattr(regime_borders, "place_of", place_of)
     monkeypatch.setattr(regime_borders, "map_of", lambda request: LOGISTIC)
-    along = SimpleNamespace(name="p", low=2.5, high=3.5)
-    request = SimpleNamespace(along=along, system=None)
-    result = SimpleNamespace(request=request, branches=())
+    result = SimpleNamespace(request=REQUEST, branches=())
     scan = Scan(p=np.array([2.6, 2.7]))
     assert regime_borders.borders_of(result, scan) == []
     assert "holds no label" in next(regime_borders.report(result, scan, []))

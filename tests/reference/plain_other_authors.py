@@ -102,48 +102,30 @@ def test_the_ball_of_the_catalog_bounces_once_a_period_and_its_entry_says_where(
     assert f"{sqrt(fold):.5f} to {sqrt(flip):.5f}" in system.assumptions["e"]
 
 
-class HardOscillator:
+@pytest.mark.parametrize(
+    ("omega", "r", "n", "published"),
+    [(3.7, 0.8, 2, 0.345147124453), (5.6, 0.7, 3, 0.122289075915)],
+)
+def test_the_folds_of_budd_and_dux(omega, r, n, published):
     """x'' + x = cos(omega t) with a rigid stop: one impact of speed V in n periods, closed form.
 
     Between impacts x = g cos(omega t) + A cos(t - t0) + B sin(t - t0).  An orbit closes where
     (sigma - a V)^2 + (b V)^2 = g^2, sigma being the clearance: its largest value is the fold.
     """
-
-    def __init__(self, omega, r, n):
-        self.omega, self.r, self.n, self.g = omega, r, n, 1.0 / (1.0 - omega**2)
-        self.a = -(1.0 + r) / (2.0 * np.tan(pi * n / omega))
-        self.b = (1.0 - r) / (2.0 * omega)
-
-    @property
-    def fold(self):
-        return abs(self.g) * hypot(1.0, self.a / self.b)
-
-    @property
-    def speed_at_fold(self):
-        return abs(self.g) * self.a / (self.b * hypot(self.a, self.b))
-
-    def start(self, V):
-        """Return the clearance and the state at phase zero after an impact of speed V."""
-        root = sqrt(self.g**2 - (self.b * V) ** 2)
-        phase = float(np.arctan2(-self.b * V / self.g, root / self.g)) % (2.0 * pi)
-        since = (2.0 * pi - phase) / self.omega
-        A, B = self.a * V, -0.5 * (1.0 + self.r) * V
-        x = self.g + A * np.cos(since) + B * np.sin(since)
-        return A + root, (x, -A * np.sin(since) + B * np.cos(since))
-
-
-BUDD_AND_DUX = [(3.7, 0.8, 2, 0.345147124453), (5.6, 0.7, 3, 0.122289075915)]
-
-
-@pytest.mark.parametrize(("omega", "r", "n", "published"), BUDD_AND_DUX)
-def test_the_folds_of_budd_and_dux(omega, r, n, published):
-    theory = HardOscillator(omega, r, n)
-    assert theory.fold == pytest.approx(published, rel=2e-12)
-    clearance, state = theory.start(0.98 * theory.speed_at_fold)
-    system = load_system("hard-oscillator", omega=omega, e=r, C=clearance)
+    g = 1.0 / (1.0 - omega**2)
+    a, b = -(1.0 + r) / (2.0 * np.tan(pi * n / omega)), (1.0 - r) / (2.0 * omega)
+    assert abs(g) * hypot(1.0, a / b) == pytest.approx(published, rel=2e-12)
+    # an orbit beside the fold, at phase zero after its impact
+    V = 0.98 * abs(g) * a / (b * hypot(a, b))
+    root = sqrt(g**2 - (b * V) ** 2)
+    phase = float(np.arctan2(-b * V / g, root / g)) % (2.0 * pi)
+    since = (2.0 * pi - phase) / omega
+    A, B = a * V, -0.5 * (1.0 + r) * V
+    x = g + A * np.cos(since) + B * np.sin(since)
+    start = x, -A * np.sin(since) + B * np.cos(since)
+    system = load_system("hard-oscillator", omega=omega, e=r, C=A + root)
     bounds = (0.98 * published, 1.02 * published)
-    path = continue_branch(system, "C", bounds, state, period=n, quiet=True)
-    points = path.special_points
+    points = continue_branch(system, "C", bounds, start, period=n, quiet=True).special_points
     assert np.abs(points.value[points.kind == "LP"] - published).min() < 1e-11
 
 

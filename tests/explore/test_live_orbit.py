@@ -11,7 +11,6 @@ from conftest import MAP
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import (
     LONG,
     MOST_POINTS,
@@ -88,8 +87,7 @@ def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, period
         values = plain.trajectory[:, place]
         ends = [values.min(), values.max()]
         np.testing.assert_allclose([panel[column].min(), panel[column].max()], ends, rtol=0.02)
-    first = panel["x1"][:2]
-    assert first.min() <= plain.trajectory[0, 0] <= first.max()
+    assert min(panel["x1"][:2]) <= plain.trajectory[0, 0] <= max(panel["x1"][:2])
     assert panel["force"].max() > 0
     assert len(panel["t"]) < 4 * MOST_POINTS
 
@@ -97,7 +95,6 @@ def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, period
 @pytest.mark.kernels
 def test_chaos_has_words_and_no_multipliers():
     orbit = live_orbit(nv.load_system("ssul-set6", omega=7.39), None, load_scan())
-    assert orbit.regime is not None
     assert orbit.label == "chaos"
     assert orbit.panels["multipliers"]["re"].size == 0
     assert words_of(orbit.regime).startswith("neighboring orbits diverge")
@@ -119,10 +116,9 @@ def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
     assert list(panels["touches"]) == ["phase", *system.scene.walls]
 
 
-def test_a_start_inside_a_rigid_wall_is_refused():
+def test_a_start_inside_a_rigid_wall_is_refused(error_of):
     system = nv.load_system("ssul-set6").with_(law="restitution", e=0.8)
-    with pytest.raises(RequestError, match="rigid"):
-        live_orbit(system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
+    assert "rigid" in error_of(live_orbit, system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
 
 
 @pytest.mark.kernels
@@ -140,13 +136,12 @@ def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
 @pytest.mark.kernels
 @pytest.mark.parametrize("start", [None, (0.01, -0.2, 0.3, -0.4)])
 def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
-    system = nv.load_system("ssul-set6", omega=7.1, P=750.0)
+    from nlds_vines.portrait import command
+
+    system, requests = nv.load_system("ssul-set6", omega=7.1, P=750.0), []
     request = live_orbit(system, start, SAMPLING).request
     words = shlex.split(portrait_command(request))
     assert words[:2] == ["nlds-vines", "portrait"]
-    from nlds_vines.portrait import command
-
-    requests = []
     monkeypatch.setattr(command.Job, "carry_out", lambda job, *_: requests.append(job.request) or 0)
     assert command.main(words[2:]) == 0
     (again,) = requests
@@ -156,23 +151,19 @@ def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
     )  # fmt: skip
 
 
-def test_a_part_of_a_map_has_as_many_cells_as_the_map_and_stays_small():
+def test_a_part_of_a_map_has_as_many_cells_as_the_map_and_stays_small(error_of):
     part = finer(SCAN, ((7.4, 7.5), (720.0, 740.0)), {"C": 0.05})
     assert part.shape == (6, 4)
     assert part.axes[0].values[[0, -1]].tolist() == [7.4, 7.5]
     assert part.system.parameters["C"] == 0.05
     assert tomllib.loads(part.to_toml())["vary"].keys() == {"omega", "P"}
-    vary = {
-        "omega": {"start": 5.0, "stop": 8.0, "num": 2000},
-        "P": {"start": 1.0, "stop": 9.0, "num": 1000},
-    }
+    vary = {"omega": np.linspace(5.0, 8.0, 2000), "P": np.linspace(1.0, 9.0, 1000)}
     part = finer(load_scan({**MAP, "vary": vary}), ((6.0, 7.0), (2.0, 3.0)))
     assert min(part.shape) > FEWEST
     assert part.lanes <= 1.01 * MOST_ORBITS
     # an empty one is refused
     for low_high in ((7.2, 7.1), (float("nan"), 7.0), (-3.0, -2.0)):
-        with pytest.raises(RequestError, match="omega"):
-            finer(SCAN, (low_high, (700.0, 800.0)))
+        assert "omega" in error_of(finer, SCAN, (low_high, (700.0, 800.0)))
 
 
 def test_a_job_computes_what_the_scan_means_and_says_that_kernels_are_compiled(monkeypatch):

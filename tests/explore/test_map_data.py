@@ -21,8 +21,7 @@ def test_arrays_and_columns_are_those_of_the_archive(small_map):
     archive = stored(small_map)
     with read(small_map) as view:
         for name in ("label", "E1max", "section", "multipliers", "status"):
-            expected = view[name]
-            np.testing.assert_array_equal(archive.arrays[name], expected)
+            np.testing.assert_array_equal(archive.arrays[name], view[name])
     assert archive.shape == (6, 4)
     assert archive.starts == ("random 0", "random 1")
     omega, P = archive.scan.axes

@@ -339,7 +339,6 @@ def test_the_pointer_and_the_chosen_cell_are_told_in_words(idle):
     idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
     assert not page.tip.visible
     # for those who cannot see the map: values, label and numbers, in a line that is read out
-    page = idle.page
     page.press("-9 9 1")
     words = page.readout.text
     assert words.startswith("ω = 7.3 rad/s, P = 900 N; undetermined (random 0); all starts: ")
@@ -391,11 +390,9 @@ def test_a_page_has_one_unit_of_the_frequency(document, unit, name, one, tmp_pat
     page.close()
 
 
-@pytest.mark.parametrize(
-    ("name", "color"), [("tmd", DAMPERS["tmd"]), ("ssul-set6", DAMPERS["ssul-set6"])]
-)
-def test_an_orbit_has_the_color_of_its_damper(name, color):
-    panels = OrbitFigures(load_system(name))
+@pytest.mark.parametrize("name", ["tmd", "ssul-set6"])
+def test_an_orbit_has_the_color_of_its_damper(name):
+    panels, color = OrbitFigures(load_system(name)), DAMPERS[name]
     shades = [one.glyph.line_color for one in panels.wide[0].renderers]
     assert shades == [BODY, color]
     assert f"background-color:{color}" in panels.legend
@@ -413,10 +410,10 @@ def test_undetermined_cells_are_hatched_and_a_number_of_the_same_map_is_patched(
     assert len(page.map.hatch.data["left"]) == 0
     # a number of the same map is patched
     events = []
-    idle.page.document.on_change(events.append)
-    idle.page.show.value = "regimes of a start"
-    idle.page.show.value = "E1max"
-    image = idle.page.map.picture.source
+    page.document.on_change(events.append)
+    page.show.value = "regimes of a start"
+    page.show.value = "E1max"
+    image = page.map.picture.source
     sent = [event for event in events if getattr(event, "column_source", event.model) is image]
     assert [type(event).__name__ for event in sent] == ["ColumnsPatchedEvent"] * 2
 

@@ -88,10 +88,7 @@ def test_words_of_an_archive_do_no_harm(folder):
 @pytest.mark.parametrize(("sides", "count"), [(300, 1), (150, 4)])
 def test_a_large_map_fits_into_a_mail(sides, count):
     """Of random numbers, which nothing makes smaller: a real map takes less."""
-    vary = {
-        "omega": {"start": 5.0, "stop": 8.0, "num": sides},
-        "P": {"start": 400.0, "stop": 900.0, "num": sides},
-    }
+    vary = {"omega": np.linspace(5.0, 8.0, sides), "P": np.linspace(400.0, 900.0, sides)}
     start, sampling = {"policy": "random", "count": count}, {"transient": 1, "periods": 12}
     document = {**MAP, "vary": vary, "start": start, "sampling": sampling}
     report = report_page(filled(document))
@@ -143,11 +140,6 @@ def test_branches_and_special_points_are_on_the_page(
 
 @pytest.mark.kernels
 def test_branches_of_another_parameter_are_refused(branches, folder, refusal):
-    vary = {
-        "P": {"start": 700.0, "stop": 900.0, "num": 3},
-        "C": {"start": 0.06, "stop": 0.07, "num": 2},
-    }
-    path = made_up({**MAP, "vary": vary}, folder / "PC.h5")
-    assert "continues along omega" in refusal(
-        "report", path, "--branches", branches, "-o", folder / "x.html"
-    )
+    vary = {"P": [700.0, 800.0, 900.0], "C": [0.06, 0.07]}
+    path, output = made_up({**MAP, "vary": vary}, folder / "PC.h5"), folder / "x.html"
+    assert "continues along omega" in refusal("report", path, "--branches", branches, "-o", output)

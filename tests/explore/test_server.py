@@ -33,9 +33,8 @@ class Asked(Served):
             headers["Cookie"] = f"nlds_vines_{self.port}={self.token}"
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         with contextlib.closing(connection):
-            connection.request(
-                "GET", path, headers={k.replace("_", "-"): headers[k] for k in headers}
-            )
+            fields = {name.replace("_", "-"): text for name, text in headers.items()}
+            connection.request("GET", path, headers=fields)
             with contextlib.closing(connection.getresponse()) as answer:
                 self.headers = dict(answer.getheaders())
                 return answer.status, "" if answer.status == 101 else answer.read().decode()
@@ -138,10 +137,7 @@ def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
 
 
 def test_a_map_of_too_many_orbits_is_refused_in_one_line(here, refusal):
-    vary = {
-        "omega": {"start": 5.0, "stop": 8.0, "num": 10_000},
-        "P": {"start": 500.0, "stop": 900.0, "num": 10_000},
-    }
+    vary = {"omega": np.linspace(5.0, 8.0, 10_000), "P": np.linspace(500.0, 900.0, 10_000)}
     scan = nv.load_scan("ssul-set6", {"vary": vary})
     (here / "large.toml").write_text(scan.to_toml())
     line = refusal("explore", "large.toml", "--no-browser", "--port", "0")

@@ -1,9 +1,7 @@
 """Loads in time: their Taylor coefficients against 30 digits, cells, files, refusals."""
 
 import math
-import time
 import tracemalloc
-from contextlib import suppress
 
 import h5py
 import mpmath
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from nlds_vines.errors import RequestError
 from nlds_vines.kernels.numerics.tones import fill_tones
 from nlds_vines.loads.request import FORM
 from nlds_vines.model.loads import record as record_module
@@ -187,13 +184,12 @@ def test_sums_and_the_harmonic_force():
     np.testing.assert_allclose(force(still, times), 800.0 * np.cos(6.28 * times), atol=1e-12)
 
 
-def test_numbers_of_a_load_can_be_changed():
+def test_numbers_of_a_load_can_be_changed(error_of):
     loading = loading_of({"impulse": 4.0, "friedlander": {"peak": 5.0, "length": 0.2}})
     changed = loading.with_({"impulse": 2.0, "friedlander.peak": 7.0})
     assert (changed.impulse, changed.friedlander[0].peak) == (2.0, 7.0)
     for name in ("shape", "friedlander.size", "tone.omega", "nothing.peak"):
-        with pytest.raises(RequestError, match=name.partition(".")[0]):
-            loading.with_({name: 1.0})
+        assert name.partition(".")[0] in error_of(loading.with_, {name: 1.0})
 
 
 def test_tones_are_as_sharp_after_a_long_time():
@@ -295,18 +291,6 @@ def test_the_time_is_named_or_ascends_alone(tmp_path, error_of):
         assert "`time`" in error_of(loading_of, hdf5(tmp_path, **columns))
 
 
-def test_a_long_heading_takes_no_longer(tmp_path):
-    for gap in (" " * 9000, "[" * 9000, "a[" * 4000, " (" * 4000):
-        text = saved(tmp_path, f"time{gap}[s, force{gap}[N] x\n0, 1\n1, 2\n")
-        began = time.process_time()
-        with suppress(RequestError):
-            loading_of(text)
-        assert time.process_time() - began < 0.1
-    began = time.process_time()
-    assert loading_of(saved(tmp_path, " " * 10**6 + "t,y [N]\n0,1\n1,2\n")).record[0].unit == "N"
-    assert time.process_time() - began < 0.3
-
-
 def test_a_heading_is_no_sample(tmp_path, monkeypatch, error_of):
     monkeypatch.setattr(record_module, "MOST_SAMPLES", 4)
     four = "t, y [N]\n0, 1\n1, 2\n2, 1\n3, 0\n"
@@ -344,16 +328,17 @@ def test_faulty_loads_get_one_line(table, words, error_of):
     assert all(word in message for word in words), message
 
 
-def test_noise_must_not_repeat_itself_records_be_fine_enough_and_cells_few(tmp_path):
+def test_noise_must_not_repeat_itself_records_be_fine_enough_and_cells_few(tmp_path, error_of):
     loading = loading_of(saved(tmp_path, SAMPLES))
     loading.check(9.0, 1.0)
-    with pytest.raises(RequestError, match=r"0.1 s is too coarse .* 0.5 s; allowed: up to 0.05 s"):
-        loading.check(9.0, 0.5)
+    line = error_of(loading.check, 9.0, 0.5)
+    assert "0.1 s is too coarse" in line
+    assert "0.5 s; allowed: up to 0.05 s" in line
     # noise must not repeat itself
     loading = loading_of({"noise": {"rms": 1.0, "low": 2.0, "high": 22.0, "tones": 100}})
     loading.check(31.0, 1.0)
-    with pytest.raises(RequestError, match=r"100 tones repeats itself after 31.4159 s of 32 s"):
-        loading.check(32.0, 1.0)
+    line = error_of(loading.check, 32.0, 1.0)
+    assert "100 tones repeats itself after 31.4159 s of 32 s" in line
     # too many cells are refused
-    with pytest.raises(RequestError, match="cells"):
-        cells_of({"tone": {"amplitude": 1.0, "omega": 1e6}}, duration=60.0)
+    fast = {"tone": {"amplitude": 1.0, "omega": 1e6}}
+    assert "cells" in error_of(cells_of, fast, duration=60.0)

@@ -55,7 +55,7 @@ def test_a_system_tells_its_ratios_and_they_give_it_back():
     assert set(nv.load_system("bouncing-ball").ratios) == {"f"}
 
 
-def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
+def test_a_ratio_stands_in_a_system_of_a_file(tmp_path, error_of):
     (tmp_path / "own.toml").write_text(
         '[system]\nkind = "tmd"\nm1 = 1500.0\nk1 = 6e4\nzeta1 = 0.015\nmass_ratio = 0.02\n'
         "k2 = 1200.0\nzeta2 = 0.1\nP = 800.0\nf = 1.0\n"
@@ -66,8 +66,7 @@ def test_a_ratio_stands_in_a_system_of_a_file(tmp_path):
     assert parameters["c1"] == pytest.approx(0.015 * 2 * sqrt(6e4 * 1500.0), rel=1e-15)
     assert parameters["c2"] == pytest.approx(0.1 * 2 * sqrt(1200.0 * 30.0), rel=1e-15)
     (tmp_path / "own.toml").write_text('[system]\nkind = "none"\nm1 = 1.0\nzeta1 = 0.1\n')
-    with pytest.raises(RequestError, match="zeta1 needs k1, which is missing"):
-        nv.load_system(tmp_path / "own.toml")
+    assert "zeta1 needs k1, which is missing" in error_of(nv.load_system, tmp_path / "own.toml")
 
 
 def test_a_frequency_that_was_set_stays_when_the_masses_change():
@@ -178,9 +177,7 @@ def test_loads_keep_ratios_and_vary_them():
         assert system.ratios["zeta1"] == 0.05
         p = system.parameters
         assert p["c1"] == pytest.approx(0.05 * critical(p["k1"], p["m1"]), rel=1e-15)
-    varied = load_response_history(
-        ["none", "tmd"], {"vary": {"zeta2": {"values": [0.1, 0.2]}}, **hammered}
-    )
+    varied = load_response_history(["none", "tmd"], {"vary": {"zeta2": [0.1, 0.2]}, **hammered})
     c2 = [varied.case(i)[0].parameters.get("c2") for i in range(varied.cases)]
     p = nv.load_system("tmd").parameters
     unit = critical(p["k2"], p["m2"])
@@ -201,8 +198,7 @@ def test_a_tuning_leaves_alone_what_is_set_as_a_ratio():
     assert load_tuning("tmd", {"set": {"zeta2": 0.15}}).names == ("k2",)
     assert load_tuning({"system": "tmd", "set": {"c2": 90.0}}).names == ("k2",)
     assert load_tuning("tmd", {"free": {"zeta2": {}}}).names == ("k2", "zeta2")
-    over = {"zeta2": {"values": [0.1, 0.2]}}
-    assert load_tuning("tmd", {"over": over}).names == ("k2",)
+    assert load_tuning("tmd", {"over": {"zeta2": [0.1, 0.2]}}).names == ("k2",)
 
 
 def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
@@ -211,12 +207,10 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
         "free": {"k2": {}, "zeta2": {"low": 0.05, "high": 0.3}, "mass_ratio": {}},
         "uncertain": {"zeta1": "10%", "k1": "5%"}, "search": {"draws": 4},
     })  # fmt: skip
-    (low,) = [one.low for one in tuning.free if one.name == "zeta2"]
-    assert low == 0.05
-    point = np.array([[2000.0, 0.03, 0.2]])
     assert tuning.names == ("k2", "mass_ratio", "zeta2")
-    objective = Objective(tuning)
-    cells = tuning.system.cells(objective._grid(at_rest(point)))[0, :, 0]
+    assert tuning.free[2].low == 0.05
+    grid = Objective(tuning)._grid(at_rest(np.array([[2000.0, 0.03, 0.2]])))
+    cells = tuning.system.cells(grid)[0, :, 0]
     np.testing.assert_allclose(cells["m2"], 30.0, rtol=1e-15)
     np.testing.assert_allclose(cells["c2"], 0.2 * critical(2000.0, 30.0), rtol=1e-15)
     np.testing.assert_allclose(cells["omega"], 0.95 * np.sqrt(cells["k1"] / 1000.0), rtol=1e-15)
@@ -227,7 +221,7 @@ def test_ratios_are_free_and_uncertain_and_those_that_are_set_stay():
     assert load_tuning(tuning.document()) == tuning
 
 
-def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted():
+def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted(error_of):
     # equal ratios are rounded from exact powers
     values = Axis.spaced("K", 1e5, 1e9, 41, "log").values
     assert values[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
@@ -238,15 +232,13 @@ def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted(
     scan = load_scan(None, {"vary": {"K": entry}})
     assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
     assert load_scan(scan.document()) == scan
-    with pytest.raises(RequestError, match="must be START:STOP:NUM"):
-        spaced("--band", "1:2:log")
+    assert "must be START:STOP:NUM" in error_of(spaced, "--band", "1:2:log")
     # ranges and lists are told apart by their values
     assert logarithmic(Axis.spaced("K", 1e5, 1e9, 9, "log").values)
     assert not logarithmic(np.linspace(1.0, 2.0, 9))
-    assert [is_list(np.array(v)) for v in ([600.0, 800.0], [1.0, 2.0, 3.0, 4.0, 5.0])] == [
-        True, False,
-    ]  # fmt: skip
+    assert is_list(np.array([600.0, 800.0]))
     assert is_list(np.array([1.0, 2.0, 3.0, 5.0, 9.0, 10.0]))
+    assert not is_list(np.arange(1.0, 6.0))
     assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
         [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
     )
@@ -258,66 +250,60 @@ def test_ranges_at_equal_ratios_in_options_and_files_and_values_that_are_sorted(
         load_scan("tmd", {"vary": {"omega": {"values": [7.0, 6.0]}}})
 
 
-def history(tables):
-    return load_response_history("tmd", {"load": {"impulse": 1.0}, **tables})
-
-
-def scan(tables):
-    return load_scan("ssul-set6", tables)
-
-
-def tuning(tables):
-    return load_tuning("tmd", tables)
-
-
-def axis(entry):
-    return Axis.of("K", entry)
-
-
+READERS = {
+    "system": lambda changes: six(**changes),
+    "scan": lambda tables: load_scan("ssul-set6", tables),
+    "history": lambda tables: load_response_history("tmd", {"load": {"impulse": 1.0}, **tables}),
+    "tuning": lambda tables: load_tuning("tmd", tables),
+    "axis": lambda entry: Axis.of("K", entry),
+}
 REFUSED = [
     # what is no ratio, two statements about one parameter
-    (six, {"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
-    (six, {"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
-    (six, {"zeta1": -1.0}, "zeta1 = -1.0 is not allowed"),
-    (six, {"zeta1": "a"}, "zeta1 = 'a' must be a number"),
-    (six, {"f": 0.0}, "f = 0.0 is not allowed"),
-    (six, {"mass_ratio": float("nan")}, "mass_ratio"),
-    (six, {"omega_ratio": 1.0, "k1": 0.0}, "means nothing with k1 = 0.0"),
-    (six, {"f1": 1.0, "T1": 1.0}, "f1 beside T1"),
-    (six, {"f1": 1.0, "k1": 1.0}, "k1 beside f1"),
-    (six, {"T1": 1e-300}, "k1 = inf is not allowed"),
-    (six, {"frequency_ratio": 1.0, "k2": 1.0}, "k2 beside frequency_ratio"),
-    (six, {"zetta1": 0.1}, "unknown parameter 'zetta1'; did you mean 'zeta1'"),
-    (scan, {"vary": {"zeta1": [0.1]}, "set": {"c1": 3.0}}, "c1 is varied"),
-    (scan, {"vary": {"c1": [0.1]}, "set": {"zeta1": 3.0}}, "c1 is varied"),
-    (scan, {"vary": {"f": [0.0]}}, "f = 0.0 is not allowed"),
-    (scan, {"vary": {"f": [1.0], "omega": [6.0]}}, "omega"),
-    (scan, {"vary": {"zeta2": [0.1], "k2": [0.0, 1.0]}}, "means nothing with k2"),
-    (history, {"set": {"zeta1": 0.1}, "vary": {"c1": [1.0]}}, "zeta1 = .*: c1 is varied by"),
-    (history, {"set": {"k1": 1e4}, "vary": {"k1": [1.0]}}, "k1 = .*: k1 is varied by"),
-    (history, {"vary": {"c1": [1.0], "zeta1": [0.1]}}, "c1 beside zeta1"),
-    (history, {"vary": {"zeta": [0.1]}}, "unknown parameter 'zeta'"),
-    (tuning, {"set": {"mass_ratio": 0.03}, "free": {"m2": {}}},
+    ("system", {"zeta1": 0.1, "c1": 3.0}, "c1 beside zeta1"),
+    ("system", {"f": 1.0, "omega_ratio": 1.0}, "f beside omega_ratio"),
+    ("system", {"zeta1": -1.0}, "zeta1 = -1.0 is not allowed"),
+    ("system", {"zeta1": "a"}, "zeta1 = 'a' must be a number"),
+    ("system", {"f": 0.0}, "f = 0.0 is not allowed"),
+    ("system", {"mass_ratio": float("nan")}, "mass_ratio"),
+    ("system", {"omega_ratio": 1.0, "k1": 0.0}, "means nothing with k1 = 0.0"),
+    ("system", {"f1": 1.0, "T1": 1.0}, "f1 beside T1"),
+    ("system", {"f1": 1.0, "k1": 1.0}, "k1 beside f1"),
+    ("system", {"T1": 1e-300}, "k1 = inf is not allowed"),
+    ("system", {"frequency_ratio": 1.0, "k2": 1.0}, "k2 beside frequency_ratio"),
+    ("system", {"zetta1": 0.1}, "unknown parameter 'zetta1'; did you mean 'zeta1'"),
+    ("scan", {"vary": {"zeta1": [0.1]}, "set": {"c1": 3.0}}, "c1 is varied"),
+    ("scan", {"vary": {"c1": [0.1]}, "set": {"zeta1": 3.0}}, "c1 is varied"),
+    ("scan", {"vary": {"f": [0.0]}}, "f = 0.0 is not allowed"),
+    ("scan", {"vary": {"f": [1.0], "omega": [6.0]}}, "omega"),
+    ("scan", {"vary": {"zeta2": [0.1], "k2": [0.0, 1.0]}}, "means nothing with k2"),
+    ("history", {"set": {"zeta1": 0.1}, "vary": {"c1": [1.0]}}, "zeta1 = .*: c1 is varied by"),
+    ("history", {"set": {"k1": 1e4}, "vary": {"k1": [1.0]}}, "k1 = .*: k1 is varied by"),
+    ("history", {"vary": {"c1": [1.0], "zeta1": [0.1]}}, "c1 beside zeta1"),
+    ("history", {"vary": {"zeta": [0.1]}}, "unknown parameter 'zeta'"),
+    ("tuning", {"set": {"mass_ratio": 0.03}, "free": {"m2": {}}},
      "mass_ratio = 0.03: m2 is varied by"),
-    (tuning, {"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
-    (tuning, {"free": {"c2": {}}, "over": {"zeta2": [0.1]}}, "c2 beside zeta2"),
-    (tuning, {"set": {"zeta1": 0.01}, "uncertain": {"c1": "5%"}}, "c1 beside zeta1"),
-    (tuning, {"free": {"c2": {}}, "uncertain": {"zeta2": "5%"}},
+    ("tuning", {"free": {"c2": {}, "zeta2": {}}}, "c2 beside zeta2"),
+    ("tuning", {"free": {"c2": {}}, "over": {"zeta2": [0.1]}}, "c2 beside zeta2"),
+    ("tuning", {"set": {"zeta1": 0.01}, "uncertain": {"c1": "5%"}}, "c1 beside zeta1"),
+    ("tuning", {"free": {"c2": {}}, "uncertain": {"zeta2": "5%"}},
      "zeta2 is uncertain and c2 free"),
-    (tuning, {"free": {"zeta1": {"low": 0.01, "high": 0.02}}}, "unknown free parameter 'zeta1'"),
-    (tuning, {"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
+    ("tuning", {"free": {"zeta1": {"low": 0.01, "high": 0.02}}}, "unknown free parameter 'zeta1'"),
+    ("tuning", {"uncertain": {"zeta": "5%"}}, "unknown uncertain parameter 'zeta'"),
     # what no scale can be
-    (axis, {"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"},
+    ("axis", {"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"},
      "start = 0.0 must be > 0 where"),
-    (axis, {"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
-    (axis, {"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
+    ("axis", {"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
+    ("axis", {"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
+    # what is no sequence of numbers
+    *(("scan", {"vary": {"omega": values}}, "omega")
+      for values in ("567", b"567", np.zeros((2, 2)), 6.0, np.float64(6.0), None)),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("read", "tables", "message"), REFUSED)
 def test_what_means_nothing_or_is_said_twice_is_refused(read, tables, message):
     with pytest.raises(RequestError, match=message):
-        six(**tables) if read is six else read(tables)
+        READERS[read](tables)
 
 
 class Column:
@@ -339,9 +325,3 @@ class Column:
 def test_any_sequence_of_numbers_is_an_axis(values):
     scan = load_scan("tmd", {"vary": {"omega": values}})
     assert scan == load_scan("tmd", {"vary": {"omega": {"values": [5.0, 6.0, 7.0]}}})
-
-
-@pytest.mark.parametrize("values", ["567", b"567", np.zeros((2, 2)), 6.0, np.float64(6.0), None])
-def test_anything_else_is_no_axis(values):
-    with pytest.raises(RequestError, match="omega"):
-        load_scan("tmd", {"vary": {"omega": values}})

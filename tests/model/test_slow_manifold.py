@@ -11,7 +11,6 @@ from support import steady_state as expected_state
 import nlds_vines as nv
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, curves_from
-from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import energy_alone, flow_matrix, response, steady_state
 from nlds_vines.tuning.request import load_tuning
@@ -83,7 +82,7 @@ def free(e, c1=0.0):
     return nv.slow_manifold(nv.load_system("vi-nes", e=e, c1=c1))
 
 
-def test_the_time_of_capture_without_damping_is_elementary():
+def test_the_time_of_capture_without_damping_is_elementary(error_of):
     """Of s^2 = (1 + rho^2) xi^2 - rho^2 the integral of 2 s / (1 + s)^2 is a logarithm."""
     for e, xi in ((0.8, 0.5), (0.5, 2.0), (0.1, 10.0)):
         manifold = free(e)
@@ -93,9 +92,8 @@ def test_the_time_of_capture_without_damping_is_elementary():
         assert manifold.capture_time(xi) == pytest.approx(lasted, rel=1e-7)
     assert free(0.5, c1=0.01).capture_time(2.0) < free(0.5).capture_time(2.0)
     assert free(0.5).capture_time(free(0.5).least) == 0.0
-    for manifold, xi, message in ((free(1.0), 2.0, "for ever"), (free(0.5), 0.1, "xi_min = 0.2")):
-        with pytest.raises(RequestError, match=message):
-            manifold.capture_time(xi)
+    assert "for ever" in error_of(free(1.0).capture_time, 2.0)
+    assert "xi_min = 0.2" in error_of(free(0.5).capture_time, 0.1)
 
 
 @pytest.mark.kernels
@@ -123,17 +121,15 @@ def test_a_struck_structure_leaves_the_resonance_when_the_manifold_says(c1, xi):
         assert manifold.capture_time(there) == pytest.approx((1 - share) * lasts, abs=0.04 * lasts)
 
 
-def test_without_loss_in_impacts_every_amplitude_is_sustained_and_without_a_best_clearance():
+def test_without_loss_in_impacts_all_is_sustained_and_no_clearance_is_the_best(error_of):
     manifold = nv.slow_manifold(with_clearance(50.0, e=1.0))
     assert manifold.least == 0.0
     assert manifold.theta(np.array([0.25])) == pytest.approx([1.25])
     assert np.isfinite(manifold.response().amplitude).all()
     # and there is no best clearance
-    with pytest.raises(RequestError, match=r"e = 1: .* unbounded"):
-        _ = nv.slow_manifold(nv.load_system("vi-nes", e=1.0)).best
-    # which needs damping
-    with pytest.raises(RequestError, match="c1 = 0"):
-        _ = nv.slow_manifold(nv.load_system("vi-nes", c1=0.0)).best
+    for changes, words in (({"e": 1.0}, "e = 1: "), ({"c1": 0.0}, "c1 = 0")):
+        manifold = nv.slow_manifold(nv.load_system("vi-nes", **changes))
+        assert words in error_of(getattr, manifold, "best")
 
 
 @pytest.mark.parametrize(
@@ -148,10 +144,10 @@ def test_without_loss_in_impacts_every_amplitude_is_sustained_and_without_a_best
         ("vi-nes", {"P": 0.0}, "P = 0"),
     ],
 )
-def test_other_systems_have_none_and_are_told_why(system, changes, message):
-    with pytest.raises(RequestError, match="slow manifold") as refused:
-        nv.slow_manifold(nv.load_system(system, **changes))
-    assert message in str(refused.value)
+def test_other_systems_have_none_and_are_told_why(system, changes, message, error_of):
+    line = error_of(nv.slow_manifold, nv.load_system(system, **changes))
+    assert "slow manifold" in line
+    assert message in line
 
 
 def page(systems, **changes):
@@ -177,14 +173,13 @@ def test_a_page_draws_the_closed_form_over_its_curve():
 @pytest.mark.parametrize(
     ("systems", "vary", "message"),
     [
-        (["tmd"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "no curve has walls"),
-        (["ssbl"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "free mass between two rigid"),
-        (["vi-nes"], {"P": {"start": 1.0, "stop": 2.0, "num": 3}}, "omega; these are along P"),
+        (["tmd"], {"omega": [5.0, 6.0]}, "no curve has walls"),
+        (["ssbl"], {"omega": [5.0, 6.0]}, "free mass between two rigid"),
+        (["vi-nes"], {"P": [1.0, 2.0]}, "omega; these are along P"),
     ],
 )
-def test_a_page_without_a_closed_form_is_refused(systems, vary, message):
-    with pytest.raises(RequestError, match=message):
-        page(systems, vary=vary)
+def test_a_page_without_a_closed_form_is_refused(systems, vary, message, error_of):
+    assert message in error_of(page, systems, vary=vary)
 
 
 def test_a_tuning_of_both_clearances_begins_with_the_best_one():

@@ -63,20 +63,18 @@ def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypat
     assert packaged_files.resource_text("figure8.toml") == clone
 
 
-def test_a_request_file_that_is_not_in_the_folder_is_the_packaged_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_request_file_that_is_not_in_the_folder_is_the_packaged_one(here, error_of):
     assert load_scan("figure8.toml") == load_scan(packaged_files.resource_path("figure8.toml"))
     assert load_system("figure8.toml").parameters == load_system("ssul-set6").parameters
-    (tmp_path / "figure8.toml").write_text('system = "tmd"\n[vary]\nomega = [5.0, 6.0]\n')
+    (here / "figure8.toml").write_text('system = "tmd"\n[vary]\nomega = [5.0, 6.0]\n')
     assert load_scan("figure8.toml").system.kind == "tmd"
     assert load_system("figure8.toml").kind == "tmd"
-    (tmp_path / "figure8.toml").unlink()
-    for name in ("./figure8.toml", "folder/figure8.toml", tmp_path / "figure8.toml", "no.toml"):
-        with pytest.raises(RequestError, match="No such file"):
-            load_scan(name)
+    (here / "figure8.toml").unlink()
+    for name in ("./figure8.toml", "folder/figure8.toml", here / "figure8.toml", "no.toml"):
+        assert "No such file" in error_of(load_scan, name)
 
 
-def test_a_stiffness_replaces_the_constants_and_they_replace_it(set6):
+def test_a_stiffness_replaces_the_constants_and_they_replace_it(set6, error_of):
     # that of equation (4), and of steel on steel
     moduli = np.array([2.05e7, 2.1e11])
     stiffness = set6.cells({"E2": moduli})["K"]
@@ -92,8 +90,7 @@ def test_a_stiffness_replaces_the_constants_and_they_replace_it(set6):
     again = set6.with_(K=1.0).with_(**constants)
     assert again.parameters == set6.parameters
     # a scene without contact has none
-    with pytest.raises(RequestError, match="'tmd' has no contact"):
-        _ = load_system("tmd").K
+    assert "'tmd' has no contact" in error_of(getattr, load_system("tmd"), "K")
     assert load_system("tmd").cells()["K"] == 0
     # a varied stiffness replaces the constants
     assert set6.cells({"K": np.array([1.0, 2.0])})["K"].tolist() == [1.0, 2.0]
@@ -269,7 +266,7 @@ def test_grids_and_what_is_missing_or_unknown_are_refused(set6, error_of):
         assert words in error_of(system_from, table)
 
 
-def test_a_law_replaces_the_constants_of_another():
+def test_a_law_replaces_the_constants_of_another(error_of):
     rigid = load_system("ssul-set6", law="restitution", e=0.7)
     assert not rigid.parameters.keys() & {*CONTACT, "K"}
     assert rigid.sources["e"] == "set by the user"
@@ -277,11 +274,10 @@ def test_a_law_replaces_the_constants_of_another():
     elastic = rigid.with_(law="hertz", K=2e7)
     assert (elastic.K, elastic.law) == (2e7, "hertz")
     assert "e" not in elastic.parameters
-    with pytest.raises(RequestError, match="law 'restitution' has no stiffness K"):
-        _ = rigid.K
+    assert "law 'restitution' has no stiffness K" in error_of(getattr, rigid, "K")
 
 
-def test_a_system_of_a_law_is_what_its_table_says():
+def test_a_system_of_a_law_is_what_its_table_says(error_of):
     for system in (load_system("ssul-set6"), load_system("ssul-set6", law="restitution", e=0.7)):
         again = system_from(system.to_table())
         assert again == system
@@ -289,9 +285,8 @@ def test_a_system_of_a_law_is_what_its_table_says():
     contact = {"law": "restitution", "e": 0.7}
     plain = {"kind": "oscillator", "m": 1, "k": 1, "c": 0.1, "C": 1, "P": 1, "omega": 1}
     assert system_from({**plain, "contact": contact}) == system_from({**plain, **contact})
-    with pytest.raises(RequestError, match="e stands in"):
-        system_from({**plain, "contact": contact, "e": 0.5})
-    with pytest.raises(
-        RequestError, match=r"law stands in \[system\], and law in \[system.contact\]"
+    for twice, message in (
+        ({"e": 0.5}, "e stands in [system.contact], and before it"),
+        ({"law": "hertz"}, "law stands in [system], and law in [system.contact]"),
     ):
-        system_from({**plain, "contact": contact, "law": "hertz"})
+        assert message in error_of(system_from, {**plain, "contact": contact, **twice})

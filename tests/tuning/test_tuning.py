@@ -9,7 +9,6 @@ from support import amplitudes
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath, parse_toml
-from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.progress import Progress
@@ -164,7 +163,7 @@ def test_a_failed_case_or_a_broken_constraint_condemns_a_design_and_no_number_is
     assert np.isnan(worst_case[1:, 1]).all()
 
 
-def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch):
+def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch, error_of):
     def failed(_, trials):
         return np.tile([np.inf, np.nan, DIVERGED, 0.0], (len(trials), 1))
 
@@ -174,8 +173,7 @@ def test_a_tuning_without_an_admissible_design_says_so(tmp_path, monkeypatch):
     assert tuned.optima == ()
     assert tuned.refused == tuned.evaluations >= 5
     assert "designs were inadmissible" in "\n".join(tuned.lines())
-    with pytest.raises(RequestError, match="widen the bounds"):
-        _ = tuned.best
+    assert "widen the bounds" in error_of(getattr, tuned, "best")
 
 
 def test_a_picture_writes_ratios_without_a_unit_and_their_symbols_after_a_comma(
@@ -234,6 +232,7 @@ def bowl(target):
     asked = []
 
     def evaluate(points):
+        assert ((points >= 0) & (points <= 1)).all()
         asked.append(points.copy())
         return 3 + np.abs(points - target).sum(axis=1)
 
@@ -258,20 +257,17 @@ def test_the_local_search_stays_inside_and_within_its_budget(start):
     polish(evaluate, np.array(start), 150)
     points = np.concatenate(asked)
     assert len(points) <= 150
-    assert points.min() >= 0
-    assert points.max() <= 1
-    assert points[np.abs(points - [0.2, 0.7]).sum(axis=1).argmin()] == pytest.approx(
-        [0.2, 0.7], abs=1e-3
-    )
+    best = points[np.abs(points - [0.2, 0.7]).sum(axis=1).argmin()]
+    assert best == pytest.approx([0.2, 0.7], abs=1e-3)
     asked.clear()
     polish(evaluate, np.array(start), 0)
     assert asked == []
 
 
-def test_cma_is_refused_where_it_is_not_installed(monkeypatch, tmp_path):
+def test_cma_is_refused_where_it_is_not_installed(monkeypatch, error_of):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(RequestError, match=r"pip install 'nlds-vines\[cma\]'"):
-        nv.tune("tmd", tmp_path / "a.h5", search={"method": "cma"})
+    line = error_of(nv.tune, "tmd", "a.h5", search={"method": "cma"})
+    assert "pip install 'nlds-vines[cma]'" in line
 
 
 def test_cma_finds_a_bowl_where_it_is_installed():
@@ -280,12 +276,10 @@ def test_cma_finds_a_bowl_where_it_is_installed():
     search_globally(evaluate, 2, Search(method="cma", population=8, generations=60), seed=1)
     points = np.concatenate(asked)
     assert len(points) <= 8 * 61
-    assert points.min() >= 0
-    assert points.max() <= 1
     assert np.abs(points - [0.2, 0.7]).sum(axis=1).min() < 1e-2
 
 
-def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
+def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path, error_of):
     tuning = load_tuning("tmd")
     store, trials = Blocks(tmp_path / "a.h5", tuning), run.at_rest(np.ones((2, 2)))
     states = np.zeros((2, 4))
@@ -294,8 +288,8 @@ def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path):
         log = run.Log(tuning, store, progress)
         assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
         assert log.replayed == 2
-        with pytest.raises(RequestError, match="does not fit this search"):
-            run.Log(tuning, store, progress).evaluate(run.at_rest(2 * np.ones((2, 2))), "global", 0)
+        log, other = run.Log(tuning, store, progress), run.at_rest(2 * np.ones((2, 2)))
+        assert "does not fit this search" in error_of(log.evaluate, other, "global", 0)
 
 
 @pytest.mark.long

@@ -19,8 +19,9 @@ from paper.request import packaged_figures
 from scans import archived, unfilled
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
-SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
-WORDS = {7.4: "chaos", 7.575: "transient chaos to T,0"}
+SPECIAL = {
+    7.375: (3, 3, "3T,3"), 7.4: (0, 90, "chaos"), 7.575: (1, 0, "transient chaos to T,0")
+}  # fmt: skip
 TUNED_K1 = 3.95e4  # N/m, stiffness of the structure at the tuning
 TUNED = np.array([6.28])  # rad/s, frequency of the tuning
 
@@ -61,21 +62,16 @@ def motion(system, omega):
     n, k = np.where(calm, 1, n), np.where(calm, 1, k)
     free = ~response(system, omega).clears & (k == 0)
     k = np.where(free, 1, k)
-    label = np.array(
-        [f"{a}T,{b}" if a else "undetermined" for a, b in zip(n, k, strict=True)], object
-    )
-    for place, (a, b) in SPECIAL.items():
+    words = [f"{a}T,{b}" if a else "undetermined" for a, b in zip(n, k, strict=True)]
+    label = np.array(words, object)
+    for place, (a, b, word) in SPECIAL.items():
         here = is_at(omega, place)
-        n, k = np.where(here, a, n), np.where(here, b, k)
-        label[here] = WORDS.get(place, "3T,3")
+        n[here], k[here], label[here] = a, b, word
     return n, k, label
 
 
 def where(place, n=None, k=None, label=None):
-    """Return a function for motion as published, but where `place(system, omega, labels)` holds.
-
-    There period, impacts and label are those given.
-    """
+    """Return a function for motion as published, but for what is given where `place(...)` holds."""
 
     def changed(system, omega):
         before = motion(system, omega)
@@ -96,11 +92,12 @@ def is_restless(system, omega, label):
     return omega > (5.5 if p["P"] != 800 else (5.6 if p["c1"] != 452 else 9.0))
 
 
+def everywhere(system, omega, label):
+    return True
+
+
 restless = where(is_restless, n=0, label="chaos")
-
-
-def everywhere(n, k, label):
-    return where(lambda *_: True, n, k, label)
+without_period = where(everywhere, 0, 7, "6T,7")
 
 
 def flat(system):
@@ -117,28 +114,19 @@ def better_design(system):
 
 @dataclass(frozen=True)
 class MadeUp:
-    """Evidence with invented results.
+    """Evidence with invented results."""
 
-    Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
-    frequency; `design`, E1max of a system on a map where tuned [J], and `violations`, of its limit;
-    `damper`, the damper's energy over the structure's, or a function of omega that returns it;
-    `walls`, the share of impacts on the far one of two; `reduction`, that by the damper; `orbits`,
-    the motions in a portrait by the short name of its request; `changed`, parameters with other
-    values.
-    """
-
-    energy: Callable = published
-    regimes: Callable = motion
-    design: Callable = flat
-    violations: int = 0
-    damper: float | Callable = 1.3
-    walls: float = 0.5
-    reduction: float = 0.4
-    orbits: Callable = field(default_factory=lambda: as_published)
-    changed: Mapping = field(default_factory=dict)
+    energy: Callable = published  # E1max [J] of a system by frequency
+    regimes: Callable = motion  # period, impacts and label of a system by frequency
+    design: Callable = flat  # E1max of a system on a map where tuned [J]
+    violations: int = 0  # of the limit, on a map
+    damper: float | Callable = 1.3  # its energy over the structure's, or that by frequency
+    walls: float = 0.5  # share of impacts on the far one of two
+    reduction: float = 0.4  # by the damper
+    orbits: Callable = field(default_factory=lambda: as_published)  # of a portrait's short name
+    changed: Mapping = field(default_factory=dict)  # parameters with other values
 
     def __call__(self, figure, name=""):
-        """Return the invented data of a curve."""
         scan = scan_of(requests()[figure], name)
         parameters = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
         system = scan.system.with_(**parameters)
@@ -208,11 +196,10 @@ def unlike_published(figure):
 def motion_in(
     system, label, forces, duration=0.02, *, section=None, greatest=0.6, share=1e-9, bins=1000
 ):
-    """Return an invented motion.
+    """Return a motion as of `Motion`: by default its section has three points.
 
-    Arguments: as in `Motion`; how long all impacts take [s]; the section, by default of three
-    points; the share of the power of both spectra beside their lines; how many bins hold most of
-    it, against 1000 in half the window.
+    Both spectra have a `share` of their power beside the lines; `bins` hold most of it, against
+    1000 in half the window.
     """
     points = np.tile(np.arange(12.0).reshape(3, 4), (80, 1)) if section is None else section
     return Motion(
@@ -315,7 +302,7 @@ def contrary(system, omega):
 
 
 RESULTS = {
-    "unchanging": MadeUp(unchanging, damper=20, regimes=everywhere(1, 1, "T,1")),
+    "unchanging": MadeUp(unchanging, damper=20, regimes=where(everywhere, 1, 1, "T,1")),
     "contrary": MadeUp(contrary, regimes=restless, design=better_design, reduction=-0.5),
     "chaos": MadeUp(
         regimes=where(lambda _, w, label: (w > 7.36) & (label != "3T,3"), n=0, label="chaos")
@@ -328,9 +315,9 @@ RESULTS = {
     "other orbits": MadeUp(orbits=unlike_published, walls=0.0, reduction=-0.5),
     "better": MadeUp(better),
     "rising": MadeUp(rising, damper=0.01, reduction=-0.5),
-    "without impacts": MadeUp(regimes=everywhere(1, 0, "T,0")),
-    "without period": MadeUp(regimes=everywhere(0, 7, "6T,7")),
-    "spoiled": MadeUp(regimes=everywhere(0, 7, "6T,7"), reduction=-0.5),
+    "without impacts": MadeUp(regimes=where(everywhere, 1, 0, "T,0")),
+    "without period": MadeUp(regimes=without_period),
+    "spoiled": MadeUp(regimes=without_period, reduction=-0.5),
     "in turns": MadeUp(regimes=where(lambda _, w, label: is_at(w, 7.8), 3, 3, "3T,3")),
     "other K": MadeUp(  # T,1 everywhere with a harder contact
         regimes=where(lambda s, *_: bool(s.scene.walls) and s.K > 2.8e7, 1, 1, "T,1")

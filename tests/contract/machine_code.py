@@ -40,6 +40,7 @@ LAWS = {
     "linear": {"law": "linear", "kc": 1e6},
     "power": {"law": "power", "K": 1e7, "exponent": 1.2},
 }
+LOOPS = (orbit.orbit, orbit.linear_orbit)  # they run once a period or more often
 KERNEL = re.compile(r"_ZN10nlds_vines7kernels(\w+)")
 
 
@@ -63,29 +64,22 @@ def called(text):
     return sorted(set(names))
 
 
-def calls(text, name):
-    """Return how often a function is called in an LLVM module; not at all where it is inlined."""
-    return len(re.findall(rf"call [^\n]*{name}B", text))
-
-
 def contracts(text):
     """Return the operations of an LLVM module that carry a flag of fast mathematics."""
     flags = "fast|nnan|ninf|nsz|arcp|contract|afn|reassoc"
     return sorted(set(re.findall(rf"= (f\w+ (?:{flags})\b)", text)))
 
 
-def system_named(name):
-    """Return a system of the catalog, or Set 6 by a law; `ssvi-b` has the numbers of the SSbl."""
-    if name in LAWS:
-        return load_system("ssul-set6", **LAWS[name])
-    return System(name, load_system("ssbl").parameters) if name == "ssvi-b" else load_system(name)
-
-
-def compiled(system, method, want):
+def compiled(name, method, want):
     """Run three periods of a system and return the code that this compiled."""
-    system = system_named(system)
+    if name in LAWS:
+        system = load_system("ssul-set6", **LAWS[name])
+    elif name == "ssvi-b":
+        system = System(name, load_system("ssbl").parameters)
+    else:
+        system = load_system(name)
     run_cell = cells.run_cell.entry  # what Python calls
-    watched = (run_cell, exact.touch_in, *loops())
+    watched = (run_cell, exact.touch_in, *LOOPS)
     before = {f: set(f.overloads) for f in watched}
     section = np.empty((3, 4 if system.scene.damper else 2))
     impacts = Impacts(np.zeros((9, IMPACT_COLUMNS)), np.zeros(1, np.int64))
@@ -96,8 +90,8 @@ def compiled(system, method, want):
         response=np.zeros(RESPONSE_COLUMNS) if want == "response" else None,
         violation=np.zeros(3) if system.scene.limit else None,
     )
-    parts, cell = parts_of(method, system.scene), system.cell
-    run_cell(parts, cell, np.zeros(orbit.STATE_SIZE), Span(3, 3, 1), buffers)
+    parts = parts_of(method, system.scene)
+    run_cell(parts, system.cell, np.zeros(orbit.STATE_SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - before[f], key=str) for f in watched}
     (signature,) = fresh[run_cell]
     entry = run_cell.overloads[signature].library
@@ -106,24 +100,22 @@ def compiled(system, method, want):
     symbols = {function.name for part in parts for function in part.get_defined_functions()}
     kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
     text = run_cell.inspect_llvm(signature)
-    loop = [(f, s) for f in loops() for s in fresh[f]]
+    loop = [(f, s) for f in LOOPS for s in fresh[f]]
+    inner = [f.overloads[s].library for f, s in loop]
+    reached = [one for library in inner for one in (library, *all_called(library, {}))]
     walks = [exact.touch_in.inspect_llvm(s) for s in fresh[exact.touch_in]]
+    # its calls of these two, one of which is inlined in the other
+    calls = [re.findall(r"call [^\n]*(first_touch|touch_of)B", walk) for walk in walks]
+    asking = {symbol for symbol in kernels if undecided(kinds.get(symbol, ()))}
     return {
-        "kernels": sorted({kernel_of(symbol) for symbol in kernels}),
-        "undecided": sorted(
-            {kernel_of(symbol) for symbol in kernels if undecided(kinds.get(symbol, ()))}
-        ),
+        "kernels": sorted(set(map(kernel_of, kernels))),
+        "undecided": sorted(set(map(kernel_of, asking))),
         "mathematics": called(text),
-        "loop": sorted({word for f, s in loop for word in called(whole(f.overloads[s].library))}),
+        "loop": called("\n".join(one.get_llvm_str() for one in reached)),
         "absent": [absent(f, s) for f, s in loop],
-        "walks": [max(calls(each, "first_touch"), calls(each, "touch_of")) for each in walks],
+        "walks": [max(map(names.count, names), default=0) for names in calls],
         "contracts": contracts(text),
     }
-
-
-def whole(library):
-    """Return the text of an inner kernel and of all that it calls."""
-    return "\n".join(one.get_llvm_str() for one in (library, *all_called(library, {})))
 
 
 def absent(function, types):
@@ -136,18 +128,10 @@ def absent(function, types):
     return [name for name, kind in kinds if str(kind) == "none"]
 
 
-def loops():
-    """Return the time loops: what runs once a period or more often."""
-    return (orbit.orbit, orbit.linear_orbit)
-
-
-def loose():
-    """Return the contractions in a function that is not compiled strictly, for comparison."""
-    function = numba.njit(lambda x: x * x + x, fastmath=True)
-    function(1.5)
-    return {"contracts": contracts(*function.inspect_llvm().values())}
-
-
 if __name__ == "__main__":
     cases = {name: compiled(*case) for name, case in CASES.items()}
-    json.dump({**cases, "loose": loose()}, sys.stdout)
+    # for comparison, a function that is not compiled strictly
+    function = numba.njit(lambda x: x * x + x, fastmath=True)
+    function(1.5)
+    loose = {"contracts": contracts(*function.inspect_llvm().values())}
+    json.dump({**cases, "loose": loose}, sys.stdout)

@@ -35,20 +35,17 @@ def copy(tmp_path_factory):
     def changed(change):
         return commands.changed(tmp_path_factory.mktemp("changed"), change)
 
-    def python(change, *words, **environment):
+    def python(change, *words, status=0, **environment):
         folder = changed(change)
-        return commands.python(*words, cwd=folder, PYTHONPATH=str(folder), **environment)
+        done = commands.python(*words, cwd=folder, PYTHONPATH=str(folder), **environment)
+        assert done.returncode == status, done.stderr
+        return done.stderr if status else done.stdout
 
     return python
 
 
-def output_of(done):
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def test_scans_know_a_new_axis_and_a_new_start(copy):
-    text = output_of(copy("axis_and_start", "-c", SCAN_ALONG_IT, NUMBA_DISABLE_JIT="1"))
+    text = copy("axis_and_start", "-c", SCAN_ALONG_IT, NUMBA_DISABLE_JIT="1")
     k2, start, section, toml = json.loads(text.splitlines()[-1])
     p = nv.load_system("tmd").parameters
     np.testing.assert_allclose(k2, np.linspace(0.01, 0.02, 3) * p["k1"], rtol=1e-15)
@@ -59,12 +56,10 @@ def test_scans_know_a_new_axis_and_a_new_start(copy):
         state = flow @ [p["P"] / p["k1"], 0.0, 0.0, 0.0, 1.0, 0.0]  # the last two: cos, sin
         after = [state[:4], (flow @ state)[:4]]
         np.testing.assert_allclose(states[0], after, rtol=0, atol=1e-13)
-
-
-def test_the_unit_of_a_new_axis_may_vary_beside_it(copy):
+    # the unit of the axis may vary beside it
     axes = ("--vary", "stiffness_ratio=0.01:0.02:3", "--vary", "k1=3e4:4e4:3", "--dry-run")
     command = ("-m", "nlds_vines", "bifurcation", "--system", "tmd", *axes)
-    text = output_of(copy("axis_and_start", *command))
+    text = copy("axis_and_start", *command)
     assert "k₂/k₁, k₁" in text
     assert "k2 =" not in text
 
@@ -115,8 +110,8 @@ print(json.dumps(found))
 
 
 def test_archives_pictures_pages_and_tables_have_a_new_quantity(copy):
-    done = copy("quantity", "-c", RECORD_IT, NUMBA_DISABLE_JIT="1")
-    computed = json.loads(output_of(done).splitlines()[-1])
+    text = copy("quantity", "-c", RECORD_IT, NUMBA_DISABLE_JIT="1")
+    computed = json.loads(text.splitlines()[-1])
     line, alone = computed["line"], computed["alone"]
     assert computed["last"] == "width"  # of `[record] want`: what was before keeps its place
     assert line["datasets"] == ["section", "status", "width"]
@@ -136,11 +131,9 @@ def test_archives_pictures_pages_and_tables_have_a_new_quantity(copy):
     status, heads = computed["exported"]
     assert status == 0
     assert "width" in heads
-
-
-def test_the_page_of_datasets_tells_a_new_quantity(copy):
-    output_of(copy("quantity", "docs/site/reference.py"))
-    page = output_of(copy("quantity", "-c", "print(open('docs/datasets.md').read())"))
+    # and the page of datasets tells it
+    copy("quantity", "docs/site/reference.py")
+    page = copy("quantity", "-c", "print(open('docs/datasets.md').read())")
     assert f"| `width` | axes, start | m | {WORDS} | width | all kinds |" in page
 
 
@@ -154,13 +147,10 @@ assert usual.hash != other.hash == load_tuning(other.document()).hash
 
 
 def test_files_hashes_and_options_know_a_new_setting(copy):
-    assert output_of(copy("setting", "-c", SET_IT)) == ""
+    assert copy("setting", "-c", SET_IT) == ""
     tuning = "setting", "-m", "nlds_vines", "tuning"
-    text = output_of(copy(*tuning, "--help-all"))
-    assert "generations without gain that end a search [20]" in text
-    done = copy(*tuning, "--patience", "0")
-    assert done.returncode == 2
-    assert done.stderr == (
+    assert "generations without gain that end a search [20]" in copy(*tuning, "--help-all")
+    assert copy(*tuning, "--patience", "0", status=2) == (
         "nlds-vines tuning: error: command line: [search]: "
         "patience = 0 must be a whole number from 1 to 1000\n"
     )
@@ -186,7 +176,7 @@ print(json.dumps([one.omega.tolist(), one.x1.tolist(), other.x1.tolist(), one.li
 
 
 def test_a_new_task_is_a_command_a_file_a_function_and_an_archive(copy):
-    text = output_of(copy("task", "-c", RUN_IT))
+    text = copy("task", "-c", RUN_IT)
     omega, x1, again, lines = json.loads(text.splitlines()[-1])
     np.testing.assert_array_equal(omega, np.linspace(5.0, 6.5, 4))
     p = nv.load_system("tmd", c1=400.0).parameters
@@ -198,19 +188,16 @@ def test_a_new_task_is_a_command_a_file_a_function_and_an_archive(copy):
 
 def test_a_new_task_tells_and_refuses_its_options_and_keeps_what_exists(copy):
     frf = "task", "-m", "nlds_vines", "frf"
-    assert "lowest frequency [rad/s] [5]" in copy(*frf, "--help").stdout
-    assert "frf" in copy("task", "-m", "nlds_vines", "--help").stdout
+    assert "lowest frequency [rad/s] [5]" in copy(*frf, "--help")
+    assert "frf" in copy("task", "-m", "nlds_vines", "--help")
     for words, line in (
         (["--low", "9"], "command line: [band]: low = 9 must be below high = 8"),
         (["--count", "1"], "command line: [band]: count = 1 must be a whole number from 2"),
     ):
-        done = copy(*frf, *words)
-        assert done.returncode == 2
-        assert done.stderr.startswith(f"nlds-vines frf: error: {line}")
-        assert done.stderr.count("\n") == 1
+        error = copy(*frf, *words, status=2)
+        assert error.startswith(f"nlds-vines frf: error: {line}")
+        assert error.count("\n") == 1
     stored = *frf, "-o", "kept.h5"
-    assert "archive:  kept.h5" in output_of(copy(*stored, "--dry-run"))
-    assert copy(*stored, "--quiet").returncode == 0
-    done = copy(*stored, "--low", "6")
-    assert done.returncode == 2
-    assert "kept.h5' exists" in done.stderr
+    assert "archive:  kept.h5" in copy(*stored, "--dry-run")
+    copy(*stored, "--quiet")
+    assert "kept.h5' exists" in copy(*stored, "--low", "6", status=2)

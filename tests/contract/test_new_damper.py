@@ -9,7 +9,6 @@ import pytest
 from support import BOTH, shortening, steady_state
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.command import main
 from nlds_vines.model import catalog as catalog_module
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
@@ -42,18 +41,21 @@ def caged(here, monkeypatch):
     """Add the scene and the system; work in an empty folder."""
     monkeypatch.setitem(SCENES, "caged", CAGED)
     original = catalog_module.resource_text
-    monkeypatch.setattr(catalog_module, "resource_text", lambda name: original(name) + ENTRY)
+    added = {"dampers.toml": ENTRY}
+    monkeypatch.setattr(
+        catalog_module, "resource_text", lambda name: original(name) + added.get(name, "")
+    )
     catalog.cache_clear()
     yield here
     catalog.cache_clear()
 
 
 @pytest.mark.kernels
-def test_the_command_knows_it(caged, capsys):
+def test_the_command_knows_it(caged, ask, refusal):
     """Its cage is out of reach at D = 0.5 m: the steady state is that of the tuned mass damper."""
     scan = ["--system", "caged-one", "--vary", "omega=6.0:6.5:3", "--transient", "300"]
     want = ["--periods", "20", "--record", "section,impacts,regime"]
-    assert main([*scan, *want, "-o", "caged.h5", "--plot", "caged.png", "--quiet"]) == 0
+    ask("bifurcation", *scan, *want, "-o", "caged.h5", "--plot", "caged.png", "--quiet")
     assert (caged / "caged.png").stat().st_size > 0
     with read("caged.h5") as archive:
         for i, omega in enumerate((6.0, 6.25, 6.5)):
@@ -63,6 +65,8 @@ def test_the_command_knows_it(caged, capsys):
             np.testing.assert_allclose(archive["section"][i, 0], expected, rtol=0, atol=1e-10)
         assert archive["label"][:, 0].tolist() == ["T,0"] * 3
         assert list(archive["wall"]) == ["left stop", "right stop"]
+    line = refusal("bifurcation", "--system", "caged-one", "--set", "C=1")
+    assert "kind 'caged' has no parameter 'C'" in line
 
 
 @pytest.mark.kernels
@@ -76,12 +80,6 @@ def test_its_cage_is_symmetric(caged):
     opposite = {"left stop": "right stop", "right stop": "left stop"}
     assert [opposite[wall] for wall in one.impacts["wall"]] == other.impacts["wall"].tolist()
     np.testing.assert_array_equal(one.impacts["depth"], other.impacts["depth"])
-
-
-def test_it_is_refused_in_words_like_any_other(caged, refusal):
-    assert "kind 'caged' has no parameter 'C'" in refusal(
-        "bifurcation", "--system", "caged-one", "--set", "C=1"
-    )
 
 
 def test_a_scene_that_would_go_wrong_silently_is_refused():

@@ -37,8 +37,7 @@ system = nv.load_system("ssul-set6", law="bilinear", **constants)
 
 def about(omega):
     there = system.with_(omega=omega)
-    cell = there.cells()
-    return {**there.parameters, "gap": float(cell["near"]), "rest": float(cell["rest"])}
+    return {**there.parameters, "gap": float(there.cells()["near"]), "rest": there.rest}
 
 found = {"orbits": [], "regimes": []}
 for omega in recorded:
@@ -76,50 +75,44 @@ class Twin:
         push = p["P"] * np.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1
         return v1, (push - pull) / p["m1"], v2, pull / p["m2"]
 
-    def events(self, piece):
-        """Return the events that end a piece: its depth is passed upwards (1) or downwards (-1)."""
-        passages = {}
-        for sign, at in ((1, piece), (-1, piece - 1)):
-            if 0 <= at < len(self.depths):
+    def passage(self, depth, sign):
+        """Return the event that a depth is passed upwards (1) or downwards (-1)."""
 
-                def passed(t, y, piece, depth=self.depths[at]):
-                    return self.depth(y) - depth
+        def passed(t, y, piece):
+            return self.depth(y) - depth
 
-                passed.terminal, passed.direction = True, sign
-                passages[sign] = passed
-        return passages
+        passed.terminal, passed.direction = True, sign
+        return passed
 
     def sections(self, y, periods):
         """Return the states (periods, 4) at the ends of periods from a state at phase zero."""
         t, piece, states = 0.0, sum(self.depth(y) > depth for depth in self.depths), []
+        upwards, downwards = ([self.passage(d, sign) for d in self.depths] for sign in (1, -1))
         for n in range(1, periods + 1):
             while t < n * self.period:
-                ends = self.events(piece)
+                # a piece ends at the next depth, or at that which began it
+                deeper, back = upwards[piece : piece + 1], downwards[:piece][-1:]
                 done = solve_ivp(
                     self.rates, (t, n * self.period), y, "DOP853", args=(piece,),
-                    events=list(ends.values()), rtol=3e-14, atol=1e-15,
+                    events=deeper + back, rtol=3e-14, atol=1e-15,
                 )  # fmt: skip
                 t, y = done.t[-1], done.y[:, -1]
                 if done.status == 1:
-                    hits = zip(ends, done.t_events, strict=True)
-                    sign = next(sign for sign, times in hits if len(times))
-                    self.passed[piece] += sign > 0
-                    piece += sign
+                    is_deeper = bool(deeper) and len(done.t_events[0]) > 0
+                    self.passed[piece] += is_deeper
+                    piece += 1 if is_deeper else -1
             t = n * self.period
             states.append(y)
         return np.array(states)
 
-
-def end_of(twin, periods, y):
-    return twin.sections(y, periods)[-1]
+    def end(self, periods, y):
+        return self.sections(y, periods)[-1]
 
 
 def derivative(f, x, steps):
     """Return the derivatives of f by each component of x, as columns, by central differences."""
     columns = []
-    for i, step in enumerate(steps):
-        e = np.zeros(len(x))
-        e[i] = step
+    for e, step in zip(np.diag(steps), steps, strict=True):
         far, near = f(x + e) - f(x - e), f(x + 0.5 * e) - f(x - 0.5 * e)
         columns.append((8 * near - far) / (6 * step))
     return np.array(columns).T
@@ -128,9 +121,9 @@ def derivative(f, x, steps):
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory):
     folder = changed(tmp_path_factory.mktemp("changed"), "contact_law")
-    argument = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
+    program = "-P", "-c", PROGRAM, json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    return json.loads(printed("-P", "-c", PROGRAM, argument, cwd=folder, **places))
+    return json.loads(printed(*program, cwd=folder, **places))
 
 
 pytestmark = pytest.mark.kernels
@@ -164,8 +157,7 @@ def test_label_and_multipliers_are_those_of_another_solver(computed):
         assert twin.passed[:2] == [impacts, beyond]
         np.testing.assert_allclose(sections[-1], y, rtol=0, atol=1e-9)
         assert all(np.abs(one - y).max() > 1e-6 for one in sections[:-1])
-        image = partial(end_of, twin, period)
-        matrix = derivative(image, y, [1e-5] * 4)
+        matrix = derivative(partial(twin.end, period), y, [1e-5] * 4)
         ours = np.sort_complex([complex(*pair) for pair in pairs])
         theirs = np.sort_complex(np.linalg.eigvals(matrix))
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-6)

@@ -16,12 +16,11 @@ from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalog import load_system
 from nlds_vines.orbits.batch import Outputs, records_of
 
+# modules of kernels that only a scene with a wall needs, and only a verdict
 CONTACT = {"contact", "impact", "taylor", "touch"}
-"""Modules of kernels that only a scene with a wall needs."""
-
 VARIATIONS = {"variations", "verdict"}
-"""Modules of kernels that only a verdict needs."""
 
+# kernels that must be absent unless the scene has, or the record asks for, the thing named
 UNLESS = {
     "a damper": {"scene.damper_in"},
     "a wall": {
@@ -40,8 +39,8 @@ UNLESS = {
     "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
 }  # fmt: skip
-"""Kernels that must be absent unless the scene has, or the record asks for, the thing named."""
 
+# what the cases of `machine_code.py` have of that, by the exact method
 HAS = {
     "none": {"section"},
     "tmd": {"a damper", "section"},
@@ -50,7 +49,6 @@ HAS = {
     "ssbl": {"a damper", "a wall", "response"},
     "ssvi-b": {"a damper", "a wall", "a limit", "impacts"},
 }
-"""What the cases of `machine_code.py` have of that, by the exact method."""
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +62,6 @@ def modules(case):
     return {name.split(".")[0] for name in case["kernels"]}
 
 
-def of_module(case, *names):
-    return {name for name in case["kernels"] if name.split(".")[0] in names}
-
-
 @pytest.mark.kernels
 def test_loops_without_walls_or_damper_are_others_and_call_no_function(code):
     assert "orbit.orbit" not in code["tmd"]["kernels"]
@@ -77,9 +71,8 @@ def test_loops_without_walls_or_damper_are_others_and_call_no_function(code):
     # the structure alone is compiled without a damper
     assert all("damper" in absent for absent in code["none"]["absent"])
     assert not any("damper" in absent for absent in code["tmd"]["absent"])
-    assert code["none"]["loop"] == []
     # the loop of a scene without walls is additions and products
-    assert code["tmd"]["loop"] == []
+    assert code["none"]["loop"] == code["tmd"]["loop"] == []
     for name, case in code.items():  # of all the rest, our own (`kernels.elementary`)
         assert set(case.get("mathematics", ())) <= {"sqrt"}, name
     assert code["ssul"]["loop"] == ["sqrt"]
@@ -98,16 +91,11 @@ def test_a_case_holds_the_code_of_what_it_has_and_no_other(code, case):
 
 def test_the_kernels_asked_for_exist():
     """So that a new name cannot make the test above pass."""
-    for name in set().union(*UNLESS.values()):
-        module, function = name.split(".")
-        assert hasattr(imported(module), function), name
-    for module in CONTACT | VARIATIONS:
-        imported(module)
-
-
-def imported(name):
-    place = stored_code.modules()[name].relative_to(stored_code.KERNELS).with_suffix("")
-    return import_module(".".join(("nlds_vines.kernels", *place.parts)))
+    for name in CONTACT | VARIATIONS | set().union(*UNLESS.values()):
+        module, _, function = name.partition(".")
+        place = stored_code.modules()[module].relative_to(stored_code.KERNELS).with_suffix("")
+        there = import_module(".".join(("nlds_vines.kernels", *place.parts)))
+        assert not function or hasattr(there, function), name
 
 
 @pytest.mark.kernels
@@ -125,13 +113,13 @@ def test_the_loop_is_compiled_for_the_walls_there_are(code, case, walls, limit):
     assert code[case]["walks"] == [len(walls)]  # towards each wall once
 
 
+# modules that contacts need, by the law of a case; `contact` if contacts are stepped
 LAWS = {
     "ssul": {"contact", "impact", "taylor"},
     "power": {"contact", "taylor"},
     "linear": {"linear_contact"},
     "restitution": {"restitution"},
 }
-"""Modules that contacts need, by the law of a case; `contact` if contacts are stepped."""
 
 
 @pytest.mark.kernels
@@ -148,16 +136,16 @@ def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
 @pytest.mark.kernels
 def test_each_method_leaves_the_other_out(code):
     exact, fixed = code["ssul"], code["ssul rk4"]
-    assert not of_module(exact, "fixed_step")
-    assert not of_module(fixed, "exact", "touch", "impact")
+    assert "fixed_step" not in modules(exact)
+    assert not modules(fixed) & {"exact", "touch", "impact"}
     assert {"fixed_step.fly_fixed", "taylor.runge_kutta"} <= set(fixed["kernels"])
     assert {"exact.fly", "impact.short_impact", "taylor.along_series"} <= set(exact["kernels"])
     assert "taylor.runge_kutta" not in exact["kernels"]
     assert not {"taylor.along_series", "taylor.expand_contact"} & set(fixed["kernels"])
 
 
+# kernels whose answer types decide, which guard nothing but what every law compiles
 TOLD_BY_TYPES = {"may_leave", "shrinks"}
-"""Kernels whose answer types decide, which guard nothing but what every law compiles."""
 
 
 def decided(message):
@@ -173,11 +161,10 @@ def decided(message):
 
 
 def told_by_types(text):
-    """Return the functions of a module that tell by types alone whether something is so."""
+    """Return the kernels of a module that tell by types alone whether something is so."""
     names = set()
-    for function in ast.walk(ast.parse(text)):
-        if not isinstance(function, ast.FunctionDef):
-            continue
+    functions = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef)]
+    for function in functions:
         inside = list(ast.walk(function))
         returned = [one.value for one in inside if isinstance(one, ast.Return)]
         asked = [one.test for one in inside if isinstance(one, ast.If | ast.IfExp)]
@@ -206,15 +193,6 @@ def test_no_kernel_asks_at_run_time_whether_a_part_exists_and_floating_point_is_
     assert contracts == {name: [] for name in contracts}
 
 
-def allocated(system, *want):
-    vary = {"omega": {"values": [6.0]}}
-    scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
-    outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)
-    buffers = {**outputs.buffers._asdict(), "evidence": outputs.evidence, "status": outputs.status}
-    return {name for name, buffer in buffers.items() if buffer is not None}
-
-
-ALWAYS = {"status"}
 JUDGED = {"section", "ends", "evidence"}
 LIMITED = {"kind": "ssvi-b", **load_system("ssbl").parameters}
 
@@ -235,13 +213,17 @@ LIMITED = {"kind": "ssvi-b", **load_system("ssbl").parameters}
     ],
 )
 def test_nothing_is_allocated_that_was_not_asked_for(system, want, expected):
-    assert allocated(system, *want) == expected | ALWAYS
+    scan = load_scan({"system": system, "vary": {"omega": [6.0]}, "record": {"want": want}})
+    outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)
+    buffers = {**outputs.buffers._asdict(), "evidence": outputs.evidence, "status": outputs.status}
+    allocated = {name for name, buffer in buffers.items() if buffer is not None}
+    assert allocated == expected | {"status"}
 
 
 def test_cells_that_cannot_be_written_to_take_the_same_machine_code():
     """As a scan has them: for Numba, such an array is of another type."""
-    vary = {"omega": {"values": [6.0, 7.5]}}
-    cells = load_scan({"system": "ssul-set6", "vary": vary}).cells()[:, np.newaxis]
+    scan = load_scan({"system": "ssul-set6", "vary": {"omega": [6.0, 7.5]}})
+    cells = scan.cells()[:, np.newaxis]
     assert not cells.flags.writeable
     usual = records_of(np.zeros_like(cells))
     assert numba.typeof(cells.view(np.recarray)) != numba.typeof(usual)

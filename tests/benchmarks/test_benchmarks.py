@@ -2,6 +2,7 @@
 
 import math
 from importlib.util import find_spec
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -27,9 +28,8 @@ def cases():
 def test_the_truth_of_each_case_is_that_of_the_finest_settings(cases):
     assert list(cases) == ["ssul-set6", "steel", "ssbl", "near-grazing", "tmd"]
     for case in cases.values():
-        orbit = simulate(
-            case.system, 20, start=case.start, record=(), method="rk4", period_steps=8192
-        )
+        fine = {"method": "rk4", "period_steps": 8192}
+        orbit = simulate(case.system, 20, start=case.start, record=(), **fine)
         assert np.abs(orbit.state - case.truth).max() < 1e-11, case.name
 
 
@@ -52,25 +52,17 @@ def test_scipy_is_split_where_contacts_begin():
     np.testing.assert_allclose(section, orbit.section, atol=1e-8)
 
 
-def points(*pairs):
-    return [Point(SOLVERS[0], 0.0, error, seconds) for error, seconds in pairs]
-
-
 def test_a_cost_is_interpolated_along_the_cheapest_settings():
-    curve = points((1e-2, 1e-6), (1e-6, 1e-4), (1e-5, 1e-3), (math.inf, math.inf))
+    pairs = (1e-2, 1e-6), (1e-6, 1e-4), (1e-5, 1e-3), (math.inf, math.inf)
+    curve = [Point(SOLVERS[0], 0.0, error, seconds) for error, seconds in pairs]
     assert cost(curve, 1e-4) == pytest.approx(1e-5)
     assert cost(curve, 1e-1) == pytest.approx(1e-6)  # the cheapest is better than asked for
     assert cost(curve, 1e-7) == math.inf
 
 
 def test_a_solver_that_fails_has_an_infinite_error(cases):
-    def prepare(system, start):
-        def follow(setting, periods):
-            raise ArithmeticError("step too small")
-
-        return follow
-
-    solver = SOLVERS[0]._replace(prepare=prepare, settings=(1.0,))
+    follow = Mock(side_effect=ArithmeticError("step too small"))
+    solver = SOLVERS[0]._replace(prepare=lambda system, start: follow, settings=(1.0,))
     (point,) = points_of(cases["tmd"], solver)
     assert point.error == point.seconds == math.inf
 
@@ -111,12 +103,12 @@ def test_a_bound_that_is_exceeded_is_named(monkeypatch, tmp_path, capsys):
         extreme = extremes.Extreme("number", lambda value=value: value, 1.0)
         monkeypatch.setattr(extremes, "EXTREMES", (extreme,))
         assert extremes.main() == status
-        printed = capsys.readouterr().out
+        printed, text = capsys.readouterr().out, page.read_text()
         assert ("| broken |" in printed) == bool(status)
-        assert page.read_text().startswith("above\n")
-        assert printed in page.read_text()
-        assert "old" not in page.read_text()
-        assert page.read_text().endswith("<!-- end -->\nbelow\n")
+        assert printed in text
+        assert "old" not in text
+        assert text.startswith("above\n")
+        assert text.endswith("<!-- end -->\nbelow\n")
 
 
 # ---- house: the counts of a source whose counts are plain to see ---------------------------------
@@ -162,15 +154,18 @@ def test_the_counts_of_a_source(tmp_path):
     assert shape(counts) == (1000 * 2 / 18, 2.5, 18)
 
 
-def test_what_is_counted_where(tmp_path):
-    for name in ("nlds_vines/kernels/a", "nlds_vines/kernels_too", "tests/b", "benchmarks/c"):
-        path = tmp_path / f"{name}.py"
+def write_all(folder, names, text):
+    for name in names.split():
+        path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("x = 1\n")
-    for name in ("docs/page.md", "docs/keys.md", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("two words\n" * 100)
+        path.write_text(text)
+
+
+def test_what_is_counted_where(tmp_path):
+    modules = "nlds_vines/kernels/a.py nlds_vines/kernels_too.py tests/b.py benchmarks/c.py"
+    write_all(tmp_path, modules, "x = 1\n")
+    pages = "docs/page.md docs/keys.md README.md CHANGELOG.md CONTRIBUTING.md"
+    write_all(tmp_path, pages, "two words\n" * 100)
     measured = progress(tmp_path, areas(tmp_path))
     assert measured == {
         "package, lines": 1,
@@ -199,11 +194,8 @@ def least(values, wide=False):
 
 
 def test_a_source_is_changed_where_it_does_something():
-    changed = {
-        line
-        for mutant in mutants.mutants_of(CHANGED, "a.py")
-        for line in mutant.applied_to(CHANGED).splitlines()
-    }
+    texts = [mutant.applied_to(CHANGED) for mutant in mutants.mutants_of(CHANGED, "a.py")]
+    changed = {line for text in texts for line in text.splitlines()}
     assert sorted(changed - set(CHANGED.splitlines())) == [
         "        pass",
         "    if (not values and (wide and len(values) < 7)):",
@@ -218,22 +210,19 @@ def test_a_source_is_changed_where_it_does_something():
     ]
 
 
+CIRCLE = ["nlds_vines/circle.py", "tests/test_circle.py"]
+
+
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
     """Make a checkout of a source and a test that looks at one of its two functions."""
-    for name in ("nlds_vines", "tests"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "pyproject.toml").write_text("")
-    (tmp_path / "nlds_vines" / "__init__.py").write_text("")
+    write_all(tmp_path, "pyproject.toml nlds_vines/__init__.py", "")
     source = "def area(r):\n    return r * r\n\n\ndef twice(x):\n    return 2 * x\n"
-    (tmp_path / "nlds_vines" / "circle.py").write_text(source)
+    write_all(tmp_path, CIRCLE[0], source)
     test = "from nlds_vines.circle import area\n\ndef test_area():\n    assert area(3.0) == 9.0\n"
-    (tmp_path / "tests" / "test_circle.py").write_text(test)
+    write_all(tmp_path, CIRCLE[1], test)
     monkeypatch.setattr(mutants, "CHECKOUT", tmp_path)
     return tmp_path
-
-
-CIRCLE = ["nlds_vines/circle.py", "tests/test_circle.py"]
 
 
 @pytest.mark.slow("copies of the checkout, and a pytest in each")

@@ -12,14 +12,17 @@ import sys
 import tempfile
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numpy as np
+from numba.core.codegen import CPUCodeLibrary
 
 import nlds_vines as nv
-from nlds_vines.model.catalog import load_system
+from nlds_vines import load_system
 
 ALL = ["section", "impacts", "energy", "peak", "regime", "lyapunov", "settling", "evidence"]
 NO_WALL = [name for name in ALL if name != "impacts"]
 SAMPLING = {"transient": 200, "periods": 60}
+RK4 = {"method": "rk4", "period_steps": 128}
 RANDOM = {"policy": "random", "count": 2, "seed": 3}
 
 SSUL = {
@@ -44,10 +47,7 @@ CASES = {
         **SSUL,
         "vary": {"omega": {"values": [6.28, 7.4, 7.575]}},
         "start": RANDOM,
-        "sampling": {
-            **{"transient": 100, "periods": 30, "effort": "quick"},
-            **{"method": "rk4", "period_steps": 128},
-        },
+        "sampling": {"transient": 100, "periods": 30, "effort": "quick", **RK4},
         "record": {"want": ALL},
     },
     "no damper": {
@@ -87,7 +87,7 @@ def digest(values):
     return hashlib.sha256(f"{values.dtype} {values.shape}".encode() + data).hexdigest()[:16]
 
 
-def scanned(case, threads=None):
+def scanned(case, threads):
     """Return the digests of what the archive of a case holds, and its labels."""
     with tempfile.TemporaryDirectory() as folder:
         document = {"sampling": SAMPLING, **CASES[case]}
@@ -101,8 +101,9 @@ def scanned(case, threads=None):
 
 
 def followed(name, changes, **options):
-    record = [word for word in RECORDED if load_system(name).scene.walls or word in ("section",)]
-    orbit = nv.simulate(load_system(name, **changes), 40, record=record, **options)
+    system = load_system(name, **changes)
+    record = RECORDED if system.scene.walls else ("section",)
+    orbit = nv.simulate(system, 40, record=record, **options)
     numbers = {"state": orbit.state, "energy": [orbit.E1max, orbit.E2max, orbit.E1peak]}
     numbers |= {"section": orbit.section, "trajectory": orbit.trajectory}
     if orbit.impacts is not None:
@@ -114,8 +115,6 @@ def followed(name, changes, **options):
 
 def listen():
     """Return a list that takes the LLVM text of everything that is compiled from now on."""
-    from numba.core.codegen import CPUCodeLibrary
-
     texts, finalize = [], CPUCodeLibrary._finalize_final_module
 
     def noted(self):
@@ -132,8 +131,6 @@ def fused_on_arm(text):
     The module has been optimized for this processor; what would be fused on another is decided
     last, by what the operations of the module allow.
     """
-    import llvmlite.binding as llvm
-
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     triple = "aarch64-unknown-linux-gnu"
@@ -151,13 +148,12 @@ def code(texts):
     """Return the external calls of LLVM modules and the operations that may round in two ways."""
     declared = re.compile(r'(?m)^declare [^@]*@"?([\w.$]+)')
     called = {name for text in texts for name in declared.findall(text)}
-    intrinsics = {name for name in called if name.startswith("llvm.")}
     # the loops over lanes, each with all that it calls
     kernels = [text for text in texts if re.search(r"(?m)^define [^\n]*_lanes", text)]
     return {
         "modules": len(texts),
         "called": sorted(name for name in called if not HARMLESS.match(name)),
-        "intrinsics": sorted(intrinsics),
+        "intrinsics": sorted(name for name in called if name.startswith("llvm.")),
         "flags": sorted({flag for text in texts for flag in FLAGS.findall(text)}),
         "fused on ARM64": sorted({name for text in kernels for name in fused_on_arm(text)}),
         "loops": len(kernels),
@@ -166,19 +162,18 @@ def code(texts):
 
 def main(arguments):
     """Print the digests of the cases, and of the orbits if `orbits` is among them."""
-    texts = listen() if arguments[0] == "--code" else None
-    wanted = [word for word in arguments if word != "--code"]
+    looks = arguments[0] == "--code"
+    texts, threads = (listen(), 1) if looks else ([], None)  # with one, nobody helps to compile
     digests = {}
-    for case in wanted:
-        if case == "orbits":
-            for method in ("exact", "rk4"):
-                digests |= followed("ssul-set6", {"omega": 7.45}, method=method)
-                digests |= followed("ssbl", {}, method=method)
-            digests |= followed("none", {})
-        else:
-            threads = None if texts is None else 1  # with one, nobody helps to compile
-            digests |= scanned(case, threads=threads)
-    if texts is not None:
+    for case in arguments[looks:]:
+        if case != "orbits":
+            digests |= scanned(case, threads)
+            continue
+        for method in ("exact", "rk4"):
+            digests |= followed("ssul-set6", {"omega": 7.45}, method=method)
+            digests |= followed("ssbl", {}, method=method)
+        digests |= followed("none", {})
+    if looks:
         digests["code"] = code(texts)
     json.dump(digests, sys.stdout)
 

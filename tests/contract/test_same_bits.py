@@ -8,10 +8,10 @@ for a processor of the oldest kind; behind `long` stand each of them alone, and 
 import json
 import os
 import platform
-from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
+import orbits_of_all_kinds
 import pytest
 from commands import printed
 
@@ -21,7 +21,7 @@ from nlds_vines.bifurcation.run import Computer
 
 pytestmark = pytest.mark.kernels
 
-PROGRAM = Path(__file__).with_name("orbits_of_all_kinds.py")
+PROGRAM = orbits_of_all_kinds.__file__
 CASES = ("two walls", "one wall", "fixed steps", "no damper", "no wall", "a limit", "orbits")
 X86 = platform.machine().lower() in ("x86_64", "amd64")
 
@@ -55,12 +55,11 @@ if X86:
     SETTINGS["Haswell"] = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "+avx2,+fma"}
 
 
+# functions of which every processor has the same, though some call the C library for them
 EXACT = {"ceil", "floor", "trunc", "rint", "sqrt", "fabs", "copysign", "fmin", "fmax"}
-"""Functions of which every processor has the same, though some call the C library for them."""
 
 
 def run(setting, *arguments, cache=None):
-    """Return the output of the program under a setting; `cache` is a folder for compiled code."""
     variables = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     ours = ("GLIBC_TUNABLES", "OPENBLAS_", "NPY_", "NUMBA_CPU_", "NUMBA_DISABLE_JIT")
     with pytest.MonkeyPatch.context() as patch:
@@ -120,8 +119,6 @@ def test_compiled_code_calls_no_library_for_a_number_and_contracts_nothing(oldes
 
 def test_what_is_contracted_would_be_seen():
     """On ARM64 a product and a sum that may be fused are."""
-    import orbits_of_all_kinds as program
-
     text = dedent("""
     define double @run_lanes(double %a, double %b, double %c) {
       %m = fmul contract double %a, %b
@@ -131,18 +128,18 @@ def test_what_is_contracted_would_be_seen():
     }
     declare double @cbrt(double)
     """)
-    code = program.code([text])
+    code = orbits_of_all_kinds.code([text])
     assert code["flags"]
     assert code["fused on ARM64"] == ["fmadd"]
     assert code["called"] == ["cbrt"]
-    strict = program.code([text.replace("contract ", "")])
+    strict = orbits_of_all_kinds.code([text.replace("contract ", "")])
     assert strict["flags"] == strict["fused on ARM64"] == []
 
 
 def test_every_nan_is_the_same():
     """0 / 0 has one sign on x86-64 and the other on ARM64."""
-    vary = {"P": {"values": [0.0, 800.0]}}
-    scan = load_scan({"system": "tmd", "vary": vary, "record": {"want": ["energy"]}})
+    document = {"system": "tmd", "vary": {"P": [0.0, 800.0]}, "record": {"want": ["energy"]}}
+    scan = load_scan(document)
     arrays = Computer(scan).block(Block(0, ((0, 2),)))["reduction"]
     assert np.isnan(arrays).ravel().tolist() == [True, False]
     assert not np.signbit(arrays[0]).any()

@@ -212,13 +212,6 @@ def test_small_tools_of_special_points():
     vector = special_points.null_vector(matrix)
     assert np.abs(matrix @ vector).max() < 1e-12
     assert float(vector @ vector) == pytest.approx(1.0, rel=1e-14)
-    # test functions are what their text says
-    cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
-    tests = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
-    mu = cycle.multipliers
-    assert tests["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
-    assert tests["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
-    assert tests["LP"] > 0.0
 
 
 def test_a_sign_change_is_narrowed_down_to_round_off():

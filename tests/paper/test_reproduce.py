@@ -254,10 +254,20 @@ def archives(tmp_path_factory):
 
 
 def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_path, archives):
-    (tmp_path / "figure3.png").write_bytes(b"")
-    path = tmp_path / "reproduction.md"
-    report.write(path, archives, "png")
+    """Of portraits, it asks for the orbits of those that were drawn."""
+    for name in ("figure3.png", "figure9.png"):
+        (tmp_path / name).write_bytes(b"")
+    asked, path = [], tmp_path / "reproduction.md"
+
+    def follow(request):
+        asked.append(request.name)
+        return paper_results.as_published("9")
+
+    report.write(path, archives, "png", follow)
     text = path.read_text()
+    assert asked == ["figure9"]
+    assert "largest forces of a cycle 1400, 5100, 10200 N | **agree**" in text
+    assert "figure10 has not been computed" in text
     for claim in report.CLAIMS:
         assert f"| {claim.statement}" in text
     for verdict in ("agree", "agree in part", "differ", "cannot be decided", "not computed"):
@@ -266,25 +276,10 @@ def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_pat
     assert "| 2.5e+07 | 3T,3 | chaos | transient chaos to T,0 |" in text
     assert "Figures 4 and 5: the values of k1" in text
     assert "(figure3.png)" in text
-    assert text.count("![") == 1  # only the picture that is there
+    assert text.count("![") == 2  # only the pictures that are there
     columns = [line.count("|") for line in text.splitlines() if line.startswith("|")]
     assert set(columns) <= {5, 6, 7, 9}
-    assert files(tmp_path) == ["figure3.png", "reproduction.md"]
-
-
-def test_the_report_asks_for_the_orbits_of_portraits_that_were_drawn(tmp_path, archives):
-    (tmp_path / "figure9.png").write_bytes(b"")
-    asked = []
-
-    def follow(request):
-        asked.append(request.name)
-        return paper_results.as_published("9")
-
-    report.write(tmp_path / "r.md", archives, "png", follow)
-    text = (tmp_path / "r.md").read_text()
-    assert asked == ["figure9"]
-    assert "largest forces of a cycle 1400, 5100, 10200 N | **agree**" in text
-    assert "figure10 has not been computed" in text
+    assert files(tmp_path) == ["figure3.png", "figure9.png", "reproduction.md"]
 
 
 def test_the_report_of_nothing_says_so(tmp_path):

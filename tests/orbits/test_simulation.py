@@ -51,7 +51,7 @@ def shortened(numbers, r, v1=0.0, s=0.0):
 
 
 @both_methods
-@pytest.mark.parametrize("K", [1e3, 1e5, SET6["K"], 1.6e11])
+@pytest.mark.parametrize("K", [1e3, 1e5, 1.6e11])
 def test_impacts_as_the_twin_sees_them(K, options):
     """From soft contacts that last most of a period to steel."""
     numbers = {**SET6, "K": K}
@@ -73,12 +73,11 @@ def test_a_contact_that_a_section_or_the_end_cuts_goes_on_as_if_it_were_not(opti
     expected = references()["ssul-set6"].states[3]
     np.testing.assert_allclose(orbit.section[-1], expected, rtol=0, atol=1e-8)
     # impacts and sections go on as if the section had not cut the contact in two
-    orbit = follow_ssul(SET6, None, 8, **options)
+    orbit = assert_as_twin(SET6, shortened(SET6, 0.0), 8, options, bound=1e-7)
     ends = 2 * np.pi / SET6["omega"] * np.arange(1, 9)
     touch, release = orbit.impacts["touch"], orbit.impacts["release"]
     inside = [end for end in ends if np.any((touch < end) & (end < release))]
     assert len(inside) >= 2  # at 4T and 5T
-    assert_as_twin(SET6, shortened(SET6, 0.0), 8, options, bound=1e-7)
 
 
 def test_impact_times_count_from_the_start_of_the_transient():

@@ -93,8 +93,6 @@ def test_options_mean_the_same_as_a_file(answer, refusal):
         ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
         ({**BLOW, "search": {"objective": "balance"}}, "unknown objective 'balance'"),
         ({**BLOW, "search": {"objective": "drift_max"}}, "unknown objective 'drift_max'"),
-        ({**BLOW, "search": {"objective": "force_max"}}, "unknown objective 'force_max'"),
-        ({**BLOW, "search": {"objective": "impact_count"}}, "unknown objective 'impact_count'"),
         ({**COARSE, "over": {"k1": {"values": [40000.0, 4e6]}}}, "the natural period 0.09"),
         ({**COARSE, "over": {"f1": {"values": [1.0, 11.0]}}}, "the natural period 0.0909"),
         ({**BLOW, "over": {"noise.seed": {"values": [1]}}}, "the load has 0 of 'noise'"),

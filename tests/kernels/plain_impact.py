@@ -1,13 +1,14 @@
 """Short impacts: at their ends, inside, under loads; beside small steps, at any tolerance."""
 
+import itertools
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from support import NOTHING, Approach, contact_parts, follow_contact, references, side_of
-from test_impact_variations import Impact
-from test_impact_variations import random_impacts as varied_impacts
+from support import NOTHING, Approach, contact_parts, follow_contact, side_of
+from test_impact_variations import APPROACH, SET6, Impact, impact_with, random_impacts
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events.contact import Steps, contact
@@ -21,43 +22,28 @@ from nlds_vines.kernels.scene.drive import Moment, later
 from nlds_vines.kernels.scene.scene import accelerations, with_load
 from nlds_vines.kernels.watch.observe import LIMIT, energies
 from nlds_vines.kernels.watch.touch import may_pass
-from nlds_vines.orbits.solver_settings import Settings
 
-SET6 = references()["ssul-set6"].numbers
-APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 STANDARD = make_arc()
 
 
-def parts_with(**changes):
-    return contact_parts(**{**SET6, "near": SET6["C"], **changes})
-
-
-def outside_of(approach, parts):
+def outside_of(one):
     """Return the other acceleration at touch as a share of the contact's; rate * free time."""
-    ps, damper, wall = parts
+    approach, (ps, damper, wall) = one.approach, one.parts
     _, outside = accelerations(
         ps, damper, approach.x1, approach.v1, wall.gap, approach.speed, np.cos(approach.phase), 0.0
     )
     b = (approach.speed / wall.speed) ** 0.2
     lasting = 2.5 * approach.speed / (wall.kappa * b**6) * impact.LENGTH
-    return abs(outside) / (wall.kappa * b**6), rate_of(ps, damper) * lasting
+    return abs(outside) / (wall.kappa * b**6), one.rate * lasting
 
 
-def at_touch(approach, parts):
-    return impact.approach_of(side_of(parts), approach.wave, approach.touch[1:])
+def at_touch(one):
+    return impact.approach_of(side_of(one.parts), one.phase, one.approach.touch[1:])
 
 
-def accepted(approach, parts, impacts=True, arc=STANDARD):
-    return impact.short_impact(side_of(parts, arc), impacts, approach.wave, approach.touch)
-
-
-def random_impacts(count, seed):
-    return [(one.approach, one.parts) for one in varied_impacts(count, STANDARD, seed)]
-
-
-def errors_of(approach, parts, arc, exact):
-    solved, s, _, _, took, depth = accepted(approach, parts, arc=arc)
+def errors_of(one, arc, exact):
+    solved, s, _, _, took, depth = one.solve(arc, True)
     assert solved
     pairs = ((-s, exact.speed), (took, exact.duration), (depth, exact.depth))
     return [abs(mine / true - 1) for mine, true in pairs]
@@ -65,15 +51,13 @@ def errors_of(approach, parts, arc, exact):
 
 @cache
 def stepped_impacts(seed):
-    return [(*impact, impact[0].step(impact[1], 100)) for impact in random_impacts(60, seed)]
+    return [(one, one.approach.step(one.parts, 100)) for one in random_impacts(60, STANDARD, seed)]
 
 
 @pytest.mark.parametrize("arc", [STANDARD, make_arc(nodes=12)], ids=["1e-9", "12 nodes"])
 def test_depth_wherever_a_short_impact_is_accepted(arc):
     """Relative error below 2e-11: an integral to a place between the nodes errs by 1e-7."""
-    errors = np.array(
-        [errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped_impacts(5)]
-    )
+    errors = np.array([errors_of(one, arc, exact) for one, exact in stepped_impacts(5)])
     speeds, _, depths = errors.T
     assert max(depths) <= 2e-11
     assert np.median(depths) <= 1e-13
@@ -82,16 +66,18 @@ def test_depth_wherever_a_short_impact_is_accepted(arc):
 
 @pytest.mark.parametrize("nodes", [4, 6, 8])
 def test_depth_with_few_nodes_is_no_worse_than_speed(nodes):
-    parts = parts_with(c2=20 * SET6["c2"])
+    parts = impact_with(c2=20 * SET6["c2"]).parts
     exact, solved = APPROACH.step(parts, 100), APPROACH.solve(parts, nodes)
     assert abs(solved.depth / exact.depth - 1) <= 2 * abs(solved.speed / exact.speed - 1)
 
 
 def test_a_depth_that_is_not_wanted_changes_nothing_else():
-    parts = parts_with()
-    with_depth, without = accepted(APPROACH, parts), accepted(APPROACH, parts, None)
+    """Of the impact, and of variations, which read the nodes of the whole one."""
+    one = impact_with()
+    with_depth, without = one.solve(STANDARD, True), one.solve(STANDARD)
     assert with_depth[:5] == without[:5]
     assert with_depth[5] > 0.0 == without[5]
+    np.testing.assert_array_equal(one.carried(STANDARD, impacts=True), one.carried(STANDARD))
 
 
 @pytest.mark.parametrize(("nodes", "bound"), [(8, 5e-12), (12, 2e-13)])
@@ -99,15 +85,15 @@ def test_what_the_nodes_miss_of_the_dashpots_is_added(nodes, bound):
     """Notices: the correction by the drag dropped: with 12 nodes errors are 1e-11 and more then."""
     arc = make_arc(nodes=nodes)
     for c2 in (1.0, 3.0, 10.0):
-        parts = parts_with(c2=c2 * SET6["c2"], K=1e9)
-        assert errors_of(APPROACH, parts, arc, APPROACH.step(parts, 100))[0] <= bound
+        one = impact_with(c2=c2 * SET6["c2"], K=1e9)
+        assert errors_of(one, arc, APPROACH.step(one.parts, 100))[0] <= bound
 
 
 def guess_error(changes, row, unit):
     """Return by how much the guess errs of what the sweeps find; `unit` of the `Approach`."""
     none = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
-    parts = parts_with(**{**none, **changes})
-    side, arc, approach = side_of(parts), make_arc(nodes=24), at_touch(APPROACH, parts)
+    one = impact_with(**{**none, **changes})
+    side, arc, approach = side_of(one.parts), make_arc(nodes=24), at_touch(one)
     nodes = impact.nodes_of(arc, 0, LEVEL.whole)
     impact.first_guess(side, nodes, approach)
     guess = arc.table[row : row + 24].copy()
@@ -156,256 +142,212 @@ def test_given_nodes_are_taken_and_solve_all_that_a_tolerance_solves():
             )
     # their sweeps go on to round-off. Notices: more of them needed than there may be
     arcs = [make_arc(nodes=n) for n in (4, 8, 12, 16, 24)]
-    for approach, parts in random_impacts(60, seed=11):
-        assert all(accepted(approach, parts, arc=arc)[0] for arc in arcs)
+    for one in random_impacts(60, STANDARD, seed=11):
+        assert all(one.solve(arc, True)[0] for arc in arcs)
 
 
 @pytest.mark.parametrize("tolerance", [*TOLERANCES, 1e-13])
 def test_a_short_impact_errs_by_less_than_the_tolerance(tolerance):
     arc, round_off = make_arc(tolerance), 5e-14  # of the stepped_impacts contact, and of the depth
-    errors = [
-        errors_of(approach, parts, arc, exact) for approach, parts, exact in stepped_impacts(7)
-    ]
+    errors = [errors_of(one, arc, exact) for one, exact in stepped_impacts(7)]
     assert np.max(errors) <= tolerance + round_off
     if tolerance > 1e-12:  # and no more is done than is asked for
         assert np.max(errors) > 1e-3 * tolerance
 
 
-def size_of_all(approach, parts):
+def size_of_all(one):
     """Return the largest other acceleration of a contact as a share of the free impact's own."""
-    ps, damper, wall = parts
-    duration, now, sizes = approach.step(parts, 60).duration, approach.touch, []
+    approach, (ps, damper, wall) = one.approach, one.parts
+    duration, now, sizes = approach.step(one.parts, 60).duration, approach.touch, []
     for elapsed in np.linspace(0.0, duration, 40, endpoint=False):
         angle, (q, s, x1, v1) = approach.phase + ps.omega * elapsed, now
         phase = math.cos(angle), math.sin(angle)
         y = x1, v1, wall.gap + q * q, s
         sizes.append(abs(accelerations(ps, damper, *y, phase[0], 0.0)[1]))
-        now = contact(side_of(parts), NOTHING, phase, now, duration / 40)[1:5]
+        now = contact(side_of(one.parts), NOTHING, phase, now, duration / 40)[1:5]
     return max(sizes) / (wall.kappa * (approach.speed / wall.speed) ** 1.2)
 
 
 def test_the_size_of_an_impact_bounds_all_other_acceleration_during_it():
     """Notices: one of the five numbers left out of it."""
-    ratios = []
-    for approach, parts in random_impacts(40, seed=3):
-        ratios.append(size_of_all(approach, parts) / at_touch(approach, parts).size)
+    impacts = random_impacts(40, STANDARD, seed=3)
+    ratios = [size_of_all(one) / at_touch(one).size for one in impacts]
     assert max(ratios) <= 1.0 + 0.05
     assert max(ratios) > 0.9  # and not far above
 
 
-def test_only_a_small_share_of_other_forces_is_taken_for_a_short_impact():
-    """Notices: a share of up to a half allowed, and none allowed."""
+def test_only_what_is_short_and_nearly_free_is_taken_for_a_short_impact():
+    """Notices: a share of other forces of up to a half allowed, and none allowed."""
     for P in np.geomspace(1e4, 1e7, 60):
-        parts = parts_with(P=P, K=1e9)
-        share, lasting = outside_of(APPROACH, parts)
-        size = at_touch(APPROACH, parts).size
+        one = impact_with(P=P, K=1e9)
+        (share, lasting), size = outside_of(one), at_touch(one).size
         assert lasting < 0.25
         assert share < size < 1.1 * share + 0.003
-        assert accepted(APPROACH, parts)[0] == (size < 0.15)
-
-
-def test_only_what_is_short_beside_all_other_motion_is_taken_for_a_short_impact():
+        assert one.solve(STANDARD)[0] == (size < 0.15)
     for K in np.geomspace(4e5, 1e9, 60):
-        parts = parts_with(K=K)
-        _, lasting = outside_of(APPROACH, parts)
-        assert at_touch(APPROACH, parts).size < 0.15
-        assert accepted(APPROACH, parts)[0] == (lasting < 0.25)
+        one = impact_with(K=K)
+        assert at_touch(one).size < 0.15
+        assert one.solve(STANDARD)[0] == (outside_of(one)[1] < 0.25)
 
 
 def test_a_short_impact_keeps_its_accuracy_up_to_the_largest_share():
     """The bound is where errors begin to grow. Notices: a bound five times as large."""
-    worst = {}
-    for K in (1e6, 1e7, 1e8):
-        for phase in np.linspace(0, 6, 7):
-            for speed in np.geomspace(1e-4, 1.0, 16):
-                approach, parts = Approach(speed, 0.01, 0.1, phase), parts_with(K=K)
-                if accepted(approach, parts)[0]:
-                    exact = approach.step(parts, 60)
-                    for tolerance in TOLERANCES:
-                        errors = errors_of(approach, parts, make_arc(tolerance), exact)
-                        worst[speed, K, phase, tolerance] = max(errors)
-    assert len(worst) > 150
-    for tolerance in TOLERANCES:
-        errors = [error for (*_, asked), error in worst.items() if asked == tolerance]
-        assert max(errors) <= tolerance
-    assert max(error for (*_, asked), error in worst.items() if asked == 1e-9) <= 2e-10
+    arcs, worst = [make_arc(tolerance) for tolerance in TOLERANCES], []
+    for K, phase, speed in itertools.product(
+        (1e6, 1e7, 1e8), np.linspace(0, 6, 7), np.geomspace(1e-4, 1.0, 16)
+    ):
+        one = impact_with(K=K)._replace(approach=Approach(speed, 0.01, 0.1, phase))
+        if one.solve(STANDARD, True)[0]:
+            exact = one.approach.step(one.parts, 60)
+            worst.append([max(errors_of(one, arc, exact)) for arc in arcs])
+    assert len(worst) > 50
+    assert (np.max(worst, axis=0) <= TOLERANCES).all()
+    assert np.max(worst, axis=0)[TOLERANCES.index(1e-9)] <= 2e-10
 
 
-PARTS = contact_parts(**{**SET6, "near": SET6["C"]})
-TOUCH = 1.3, 0.011, 0.2  # s, x1, v1
-PHASE = math.cos(1.0), math.sin(1.0)
+IMPACT = impact_with()
+TOUCH, PHASE = APPROACH.touch, APPROACH.wave
 FINE = Steps(120.0, math.inf)
 
 
-def stepped(time, energy=None, touch=TOUCH, phase=PHASE, parts=PARTS):
+@pytest.fixture
+def arc():
+    """Return an arc that knows no impact yet."""
+    return make_arc()
+
+
+def stepped(one, time, energy=None):
     """Return (event, q, s, x1, v1) of an impact a `time` after its touch, by small steps."""
     watch = NOTHING._replace(energy=energy)
-    return contact(side_of(parts, steps=FINE), watch, phase, (0.0, *touch), time)[:5]
+    return contact(side_of(one.parts, steps=FINE), watch, one.phase, one.approach.touch, time)[:5]
 
 
-def stepping(arc, parts=PARTS):
-    """Return a side that steps as finely as its impacts are solved."""
-    settings = Settings(tolerance=min(4.0 * arc.tolerance, 1e-12 if arc.settled <= 1e-15 else 1.0))
-    return side_of(parts, arc, steps=Steps(settings.steps, settings.stepped_to))
+def energies_of(one, q, s, x1, v1):
+    ps, damper, wall = one.parts
+    return np.array(energies(ps, damper, x1, v1, wall.gap + q * q, s))
 
 
-def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
-    solved, out, a1, b1, took, _ = impact.short_impact(
-        side_of(parts, arc), None, phase, (0.0, *touch)
-    )
-    assert solved
-    return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
+def note(one, arc, energy, ahead, now, time):
+    inside.note_inside(one.side(arc), energy, one.phase, ahead, now, time)
 
 
-def test_the_ends_are_what_they_are():
-    arc = make_arc(1e-9)
-    ahead = ahead_of(arc)
-    assert inside.state_inside(stepping(arc), PHASE, ahead, 0.0) == (0.0, *TOUCH)
-    assert inside.state_inside(stepping(arc), PHASE, ahead, ahead.took) == (0.0, *ahead.release)
+def test_the_ends_are_what_they_are(arc):
+    ahead, side = IMPACT.ahead(arc), IMPACT.side(arc)
+    assert inside.state_inside(side, PHASE, ahead, 0.0) == TOUCH
+    assert inside.state_inside(side, PHASE, ahead, ahead.took) == (0.0, *ahead.release)
 
 
 def test_backward_in_time_an_impact_is_an_impact():
     """From its release it leads to its touch. Notices: a dashpot that still takes."""
     arc = make_arc(1e-12)
-    ahead = ahead_of(arc)
-    turned = inside.side_backward(side_of(PARTS))
-    parts = turned.ps, turned.damper, turned.wall
-    angle = 1.0 + turned.ps.omega * ahead.took
+    ahead = IMPACT.ahead(arc)
+    turned = inside.side_backward(side_of(IMPACT.parts))
     s, x1, v1 = ahead.release
-    back = ahead_of(arc, (-s, x1, -v1), (math.cos(angle), -math.sin(angle)), parts)
+    release = Approach(-s, x1, -v1, -1.0 - turned.ps.omega * ahead.took)
+    back = Impact((turned.ps, turned.damper, turned.wall), release).ahead(arc)
     assert abs(back.took / ahead.took - 1) < 1e-12
     s, x1, v1 = back.release
-    np.testing.assert_allclose((-s, x1, -v1), TOUCH, rtol=1e-12)
-
-
-def drawn(count, seed=3):
-    """Return random impacts (touch, phase, parts)."""
-    return [
-        (approach.touch[1:], approach.wave, parts)
-        for approach, parts in random_impacts(count, seed)
-    ]
+    np.testing.assert_allclose((-s, x1, -v1), TOUCH[1:], rtol=1e-12)
 
 
 def test_a_state_errs_by_the_tolerance():
     """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
     arcs, fine = [make_arc(tolerance) for tolerance in TOLERANCES], make_arc(nodes=40)
-    for touch, phase, parts in drawn(60, seed=5):
-        ahead = ahead_of(fine, touch, phase, parts)
-        scales = touch[0] * ahead.took, touch[0], touch[0] * ahead.took, touch[0]
+    for one in random_impacts(60, STANDARD, seed=5):
+        ahead, speed = one.ahead(fine), one.approach.speed
+        scales = speed * ahead.took, speed, speed * ahead.took, speed
         for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
             time, states = share * ahead.took, []
             for arc in (fine, *arcs):
-                q, *others = inside.state_inside(stepping(arc, parts), phase, ahead, time)
+                q, *others = inside.state_inside(one.side(arc), one.phase, ahead, time)
                 states.append([q * q, *others])
-            off = np.abs(np.array(states[1:]) - states[0]).T
+            off = np.abs(np.array(states[1:]) - states[0])
             round_off = 1e-15 * np.abs(states[0]) + 1e-13 * np.array(scales)
-            for arc, errors in zip(arcs, off.T, strict=True):
-                assert (errors <= arc.tolerance * np.array(scales) + round_off).all()
+            assert (off <= np.outer(TOLERANCES, scales) + round_off).all()
 
 
-def test_of_an_impact_that_is_known_nothing_is_solved():
+def test_of_an_impact_that_is_known_nothing_is_solved(arc):
     """All but the last one that a section cut. Notices: any impact taken for the last."""
-    arc = make_arc(1e-9)
-    ahead = ahead_of(arc)._replace(elapsed=0.001)
-    first = inside.state_at_section(stepping(arc), PHASE, ahead)
-    assert first == inside.state_inside(stepping(arc), PHASE, ahead, 0.001)
+    ahead, side = IMPACT.ahead(arc)._replace(elapsed=0.001), IMPACT.side(arc)
+    first = inside.state_at_section(side, PHASE, ahead)
+    assert first == inside.state_inside(side, PHASE, ahead, 0.001)
     close = ahead._replace(elapsed=0.001 * (1 + 1e-13))
-    assert inside.state_at_section(stepping(arc), PHASE, close) == first
+    assert inside.state_at_section(side, PHASE, close) == first
     later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
-    other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
+    faster = replace(APPROACH, v1=APPROACH.v1 * (1 + 1e-9))
+    other = IMPACT._replace(approach=faster).ahead(arc)._replace(elapsed=0.001)
     for apart in (later, other):
-        state = inside.state_at_section(stepping(arc), PHASE, apart)
-        assert state == inside.state_inside(stepping(arc), PHASE, apart, apart.elapsed)
+        state = inside.state_at_section(side, PHASE, apart)
+        assert state == inside.state_inside(side, PHASE, apart, apart.elapsed)
         assert state != first
 
 
 def test_the_largest_energies_are_those_of_small_steps():
-    """Notices: a half that is not looked at, an energy's power with the wrong sign."""
-    arc, between = make_arc(1e-9), 0
-    for touch, phase, parts in drawn(150):
-        ps, damper, wall = parts
-        ahead = ahead_of(arc, touch, phase, parts)
-        ends = np.array(
-            [energies(ps, damper, y[1], y[2], wall.gap, y[0]) for y in (touch, ahead.release)]
-        )
-        start = ends.max(axis=0)
-        true, noted = start.copy(), start.copy()
-        assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
-        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
+    """From those of its ends on, and from a record of zero, which bounds none.
+
+    Notices: a half that is not looked at, an energy's power with the wrong sign, a reach that ends
+    before a peak.
+    """
+    arcs, between = (make_arc(), make_arc()), 0  # of which each meets an impact once
+    for one in random_impacts(150, STANDARD, seed=3):
+        ahead, touch = one.ahead(arcs[0]), one.approach.touch
+        ends = np.maximum(energies_of(one, *touch), energies_of(one, 0.0, *ahead.release))
+        true = ends.copy()
+        assert stepped(one, 1.0, true)[0] == RELEASED
         # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
-        scale = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
-        assert (np.abs(noted - true) <= 1e-9 * (true + scale)).all()
-        between += (true > start * (1 + 1e-12)).sum()
+        scale = one.parts[0].m1 * touch[1] * max(abs(touch[3]), abs(ahead.release[2]))
+        for arc, record in zip(arcs, (ends, np.zeros(2)), strict=True):
+            noted = record.copy()
+            note(one, arc, noted, ahead, touch, ahead.took)
+            assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
+        between += (true > ends * (1 + 1e-12)).sum()
     assert between > 25
 
 
-def test_only_what_lasts_is_looked_at():
+def test_only_what_lasts_is_looked_at(arc):
     """Up to a time and from there on: together the largest of all. Notices: a span turned round."""
-    arc = make_arc(1e-9)
-    for touch, phase, parts in drawn(30, seed=4):
-        ps, damper, wall = parts
-        s, x1, v1 = touch
-        begin = energies(ps, damper, x1, v1, wall.gap, s)
-        whole, ahead = np.array(begin), ahead_of(arc, touch, phase, parts)
-        inside.note_inside(stepping(arc, parts), whole, phase, ahead, (0.0, *touch), ahead.took)
-        s, x1, v1 = ahead.release
-        last = energies(ps, damper, x1, v1, wall.gap, s)
+    for one in random_impacts(30, STANDARD, seed=4):
+        touch, ahead = one.approach.touch, one.ahead(arc)
+        begin, last = energies_of(one, *touch), energies_of(one, 0.0, *ahead.release)
+        whole = begin.copy()
+        note(one, arc, whole, ahead, touch, ahead.took)
         whole = np.maximum(whole, last)
         for share in (0.02, 0.5, 0.98):
-            pieces, moment = np.array((begin, begin)), share * ahead.took
-            side, now = stepping(arc, parts), (0.0, *touch)
-            inside.note_inside(side, pieces[0], phase, ahead, now, moment)
-            q, s, x1, v1 = now = inside.state_inside(side, phase, ahead, moment)
-            cut = np.array(energies(ps, damper, x1, v1, wall.gap + q * q, s))
-            pieces[1] = np.maximum(cut, last)
+            moment, early, first = share * ahead.took, begin.copy(), begin.copy()
+            note(one, arc, early, ahead, touch, moment)
+            now = inside.state_inside(one.side(arc), one.phase, ahead, moment)
+            cut = energies_of(one, *now)
+            late = np.maximum(cut, last)
             later = ahead._replace(elapsed=moment)
-            inside.note_inside(side, pieces[1], phase, later, now, ahead.took - moment)
-            peak, first = np.maximum(*pieces), np.array(begin)
-            stepped(moment, first, touch, phase, parts)
-            assert (pieces[0] <= np.maximum(first, cut) * (1 + 1e-9)).all()
+            note(one, arc, late, later, now, ahead.took - moment)
+            stepped(one, moment, first)
+            assert (early <= np.maximum(first, cut) * (1 + 1e-9)).all()
+            peak = np.maximum(early, late)
             np.testing.assert_allclose(peak[whole > cut], whole[whole > cut])
 
 
-def test_a_record_out_of_reach_is_not_looked_for(monkeypatch):
+def test_a_record_out_of_reach_is_not_looked_for(monkeypatch, arc):
     """Of two equal impacts the second is known. Notices: doubt without end."""
-    arc = make_arc(1e-9)
-    side, ahead = stepping(arc), ahead_of(arc)
+    side, ahead = IMPACT.side(arc), IMPACT.ahead(arc)
     assert inside.where_peaks_are(side, np.full(2, 1e9), PHASE, ahead) == (0.0, 0.0)
     early, late = inside.where_peaks_are(side, np.zeros(2), PHASE, ahead)
     assert 0.0 < max(early, late) < 0.25 * ahead.took
-    noted, again, now = np.zeros(2), np.zeros(2), (0.0, *TOUCH)
-    inside.note_inside(side, noted, PHASE, ahead, now, ahead.took)
+    noted, again = np.zeros(2), np.zeros(2)
+    inside.note_inside(side, noted, PHASE, ahead, TOUCH, ahead.took)
     monkeypatch.setattr(inside, "contact", None)
-    inside.note_inside(side, again, PHASE, ahead, now, ahead.took)
+    inside.note_inside(side, again, PHASE, ahead, TOUCH, ahead.took)
     np.testing.assert_allclose(again, noted, rtol=1e-15)
 
 
-def test_no_peak_is_out_of_reach():
-    """Of energies that no record bounds. Notices: a reach that ends before a peak."""
-    arc = make_arc(1e-9)
-    for touch, phase, parts in drawn(100, seed=6):
-        ahead, noted, true = ahead_of(arc, touch, phase, parts), np.zeros(2), np.zeros(2)
-        stepped(1.0, true, touch, phase, parts)
-        s, x1, v1 = touch
-        true = np.maximum(true, energies(*parts[:2], x1, v1, parts[2].gap, s))
-        inside.note_inside(stepping(arc, parts), noted, phase, ahead, (0.0, *touch), ahead.took)
-        ends = energies(*parts[:2], x1, v1, parts[2].gap, s)
-        s, x1, v1 = ahead.release
-        ends = np.maximum(ends, energies(*parts[:2], x1, v1, parts[2].gap, s))
-        scale = parts[0].m1 * touch[0] * max(abs(touch[2]), abs(v1))
-        assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
-
-
-def test_a_response_is_that_of_all_steps(monkeypatch):
+def test_a_response_is_that_of_all_steps(monkeypatch, arc):
     """And of an impact that is known the same again. Notices: sums that begin with those before."""
-    arc, now = make_arc(1e-9), (0.0, *TOUCH)
-    side, rows = stepping(arc), np.zeros((3, SIZE))
+    side, rows = IMPACT.side(arc), np.zeros((3, SIZE))
     rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
     tallies = [Tally(row, None, None) for row in rows]
-    contact(side, NOTHING._replace(tally=tallies[0]), PHASE, now, math.inf)
-    inside.tally_inside(side, tallies[1], PHASE, now, now)
+    contact(side, NOTHING._replace(tally=tallies[0]), PHASE, TOUCH, math.inf)
+    inside.tally_inside(side, tallies[1], PHASE, TOUCH, TOUCH)
     monkeypatch.setattr(inside, "contact", None)
-    inside.tally_inside(side, tallies[2], PHASE, now, now)
+    inside.tally_inside(side, tallies[2], PHASE, TOUCH, TOUCH)
     np.testing.assert_allclose(rows[1, :BEGIN], rows[0, :BEGIN], rtol=1e-14)
     np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
 
@@ -414,8 +356,8 @@ LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
 
 
 def loaded(load, **changes):
-    ps, damper, wall = contact_parts(**{**SET6, "near": SET6["C"], **changes})
-    return with_load(ps, load), damper, wall
+    ps, damper, wall = impact_with(**changes).parts
+    return Impact((with_load(ps, load), damper, wall), APPROACH)
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -437,56 +379,48 @@ def test_a_ball_that_falls_on_a_soft_table(tolerance):
 )
 def test_a_short_impact_is_that_of_small_steps_at_any_time(load, tolerance):
     """Notices: the half from release taken forward in time; too few nodes."""
-    parts, arc = PARTS if load is None else loaded(load), make_arc(tolerance)
-    approach = Approach(*TOUCH, 1.0)
-    ahead = ahead_of(arc, parts=parts)
-    true = approach.step(parts, 200)
-    s, x1, v1 = ahead.release
+    one, arc = IMPACT if load is None else loaded(load), make_arc(tolerance)
+    ahead, true = one.ahead(arc), APPROACH.step(one.parts, 200)
+    s, _, v1 = ahead.release
     assert -s == pytest.approx(true.speed, rel=tolerance)
     assert ahead.took == pytest.approx(true.duration, rel=tolerance)
-    assert v1 == pytest.approx(true.v1, abs=tolerance * TOUCH[0])
-    assert approach.solve(parts, 24).depth == pytest.approx(true.depth, rel=1e-12)
-    scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+    assert v1 == pytest.approx(true.v1, abs=tolerance * APPROACH.speed)
+    assert APPROACH.solve(one.parts, 24).depth == pytest.approx(true.depth, rel=1e-12)
+    scales = APPROACH.speed * np.array([ahead.took, 1.0, ahead.took, 1.0])
     for share in (1e-6, 0.01, 0.2, 0.4, 0.499, 0.501, 0.6, 0.9, 0.99, 0.999):
-        time = share * ahead.took
-        event, q, s, x1, v1 = stepped(time, parts=parts)
+        event, q, *others = stepped(one, share * ahead.took)
         assert event == STOPPED
-        p, *others = inside.state_inside(stepping(arc, parts), PHASE, ahead, time)
-        off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
+        p, *state = inside.state_inside(one.side(arc), PHASE, ahead, share * ahead.took)
+        off = np.abs(np.array([p * p, *state]) - (q * q, *others))
         assert (off / scales).max() <= tolerance + 1e-13
 
 
 @pytest.mark.parametrize("load", LOADS)
-def test_largest_energies_and_variations_under_a_load_are_those_of_small_steps(load):
-    parts, arc = loaded(load), make_arc(1e-9)
-    ps, damper, wall = parts
-    ahead, (s, x1, v1) = ahead_of(arc, parts=parts), TOUCH
-    energy = np.array(energies(ps, damper, x1, v1, wall.gap, s))
+def test_largest_energies_and_variations_under_a_load_are_those_of_small_steps(load, arc):
+    one = loaded(load)
+    ahead, energy = one.ahead(arc), energies_of(one, *TOUCH)
     true = energy.copy()
-    assert stepped(1.0, true, parts=parts)[0] == RELEASED
-    inside.note_inside(stepping(arc, parts), energy, PHASE, ahead, (0.0, *TOUCH), ahead.took)
+    assert stepped(one, 1.0, true)[0] == RELEASED
+    note(one, arc, energy, ahead, TOUCH, ahead.took)
     np.testing.assert_allclose(energy, true, rtol=1e-9)
     # to its release, and to a section in either half. Notices: factors that know of no load
-    arc, of = make_arc(1e-9), Impact(loaded(load), APPROACH)
-    assert of.error(arc) <= 1e-9
+    assert one.error(arc) <= 1e-9
     for share in (0.3, 0.8):
-        ahead, (first, _) = of.cut(arc, share)
-        exact = of.matrix(of.stepped(100.0, ahead.elapsed)[0])
-        assert np.abs(of.matrix(first) - exact).max() <= 1e-9 * np.abs(exact).max()
+        ahead, (first, _) = one.cut(arc, share)
+        exact = one.matrix(one.stepped(100.0, ahead.elapsed)[0])
+        assert np.abs(one.matrix(first) - exact).max() <= 1e-9 * np.abs(exact).max()
 
 
-def test_an_impact_is_doubted_whose_solution_lacks_a_force(monkeypatch):
+def test_an_impact_is_doubted_whose_solution_lacks_a_force(monkeypatch, arc):
     """The balance has its forces from the equation of motion, not from what solves the impact."""
-    parts, arc = loaded(30.0), make_arc(1e-9)
-    arguments = side_of(parts, arc), None, PHASE, (0.0, *TOUCH)
-    assert impact.short_impact(*arguments)[0]
+    assert loaded(30.0).solve(arc)[0]
     monkeypatch.setattr(impact, "under", lambda load, alone: alone)
-    assert not impact.short_impact(*arguments)[0]
+    assert not loaded(30.0).solve(arc)[0]
 
 
 def test_a_limit_may_be_passed_because_of_a_load():
     """An impact reaches farther under a load that presses than its energy at touch alone would."""
-    ps, damper, wall = loaded(300.0, P=0.0, k2=0.0, c1=0.0, k1=0.0, c2=0.0)
+    ps, damper, wall = loaded(300.0, P=0.0, k2=0.0, c1=0.0, k1=0.0, c2=0.0).parts
     ps = ps._replace(m1=1e9)
     touch = 1.3, 0.0, 0.0
     log = np.zeros(6)

@@ -55,18 +55,28 @@ class Impact(NamedTuple):
         assert event == (RELEASED if time == 1.0e3 else STOPPED)
         return matrix, took
 
-    def cut(self, arc, share):
-        """Return the matrices of variations up to a share of the impact, and from there on."""
+    def ahead(self, arc):
+        """Return the impact as it is known at its touch."""
         solved, s, x1, v1, took, _ = self.solve(arc)
         assert solved
-        ahead = Ahead(took, share * took, 0.0, self.approach.touch[1:], (s, x1, v1))
+        return Ahead(took, 0.0, 0.0, self.approach.touch[1:], (s, x1, v1))
+
+    def side(self, arc):
+        """Return a side that steps as finely as its impacts are solved."""
+        settled = 1e-12 if arc.settled <= 1e-15 else 1.0
+        settings = Settings(tolerance=min(4.0 * arc.tolerance, settled))
+        return side_of(self.parts, arc, steps=Steps(settings.steps, settings.stepped_to))
+
+    def cut(self, arc, share):
+        """Return the matrices of variations up to a share of the impact, and from there on."""
+        ahead = self.ahead(arc)
+        ahead = ahead._replace(elapsed=share * ahead.took)
         return ahead, (self.vary(arc, ahead, UNIT, True), self.vary(arc, ahead, UNIT, False))
 
     def vary(self, arc, ahead, tangent, begins):
         """Return the variations carried up to the section, or from there on."""
-        settings, varied = Settings(tolerance=4.0 * arc.tolerance), tangent.copy()
-        side = side_of(self.parts, arc, steps=Steps(settings.steps, settings.stepped_to))
-        vary_inside(side, self.phase, varied, ahead, begins)
+        varied = tangent.copy()
+        vary_inside(self.side(arc), self.phase, varied, ahead, begins)
         return varied
 
     def matrix(self, tangent):
@@ -80,7 +90,7 @@ class Impact(NamedTuple):
         return np.abs(self.matrix(self.carried(arc)) - exact).max() / np.abs(exact).max()
 
 
-def one(**changes):
+def impact_with(**changes):
     return Impact(contact_parts(**{**SET6, "near": SET6["C"], **changes}), APPROACH)
 
 
@@ -94,7 +104,7 @@ def random_impacts(count, arc, seed=5):
         changes["K"] = 10 ** rng.uniform(5, 12)
         speed, phase = 10 ** rng.uniform(-2, 1), rng.uniform(0, 6)
         approach = Approach(speed, *rng.normal(0, (0.05, 0.3)), phase)
-        impact = one(**changes)._replace(approach=approach)
+        impact = impact_with(**changes)._replace(approach=approach)
         if impact.solve(arc)[0]:
             impacts.append(impact)
     return impacts
@@ -130,7 +140,7 @@ def test_a_section_may_cut_an_impact_anywhere(tolerance):
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_variations_go_on_behind_a_section(share):
     """With what was kept, or, where nothing was, the same again."""
-    arc, impact, tangent = make_arc(), one(), np.random.default_rng(4).normal(size=16)
+    arc, impact, tangent = make_arc(), impact_with(), np.random.default_rng(4).normal(size=16)
     ahead, (first, _) = impact.cut(arc, share)
     carried = impact.vary(arc, ahead, tangent, True)
     np.testing.assert_allclose(
@@ -145,14 +155,13 @@ def test_variations_go_on_behind_a_section(share):
 
 def test_variations_are_linear_and_any_may_be_zero_or_no_number():
     """A sum goes where the sum of both goes, to the tolerance; sizes do not matter."""
-    arc, impact, rng = make_arc(), one(), np.random.default_rng(2)
+    arc, impact, rng = make_arc(), impact_with(), np.random.default_rng(2)
     matrix = impact.carried(arc).reshape(4, 4)
     for size in (1e-12, 1.0, 1e12):
         tangent = size * rng.normal(size=(4, 4))
         carried = impact.carried(arc, tangent.ravel()).reshape(4, 4)
         np.testing.assert_allclose(carried, tangent @ matrix, rtol=0, atol=1e-8 * size)
     # as those of a scene of fewer numbers are; the others do not notice
-    arc, impact = make_arc(), one()
     tangent = UNIT.copy()
     tangent[4:] = 0.0
     carried = impact.carried(arc, tangent)
@@ -161,21 +170,15 @@ def test_variations_are_linear_and_any_may_be_zero_or_no_number():
     # one that is no number stays none
     tangent = UNIT.copy()
     tangent[5] = np.nan
-    carried = one().carried(make_arc(), tangent)
+    carried = impact.carried(arc, tangent)
     assert np.isnan(carried[4:8]).any()
     assert np.isfinite(carried[:4]).all()
-
-
-def test_the_depth_leaves_the_nodes_of_the_whole_impact():
-    """Variations are the same, to the last bit, whether the depth is wanted or not."""
-    arc = make_arc()
-    np.testing.assert_array_equal(one().carried(arc, impacts=True), one().carried(arc))
 
 
 @pytest.mark.parametrize("nodes", [6, 7, 9])
 def test_numbers_of_nodes_that_are_no_fours(nodes):
     arc, few = make_arc(nodes=nodes), make_arc(nodes=nodes - 3)
-    assert one().error(arc) <= 0.1 * one().error(few)
+    assert impact_with().error(arc) <= 0.1 * impact_with().error(few)
 
 
 @pytest.mark.parametrize("nodes", [14, 18])

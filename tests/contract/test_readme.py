@@ -63,7 +63,6 @@ COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in mod
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
 ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
-FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
 
 
 def text_of(name):
@@ -203,8 +202,8 @@ def test_every_command_that_is_told_exists_and_has_help():
     assert named <= set(COMMANDS)
     assert "rerun" in named
     programs = [["nlds_vines", name] for name in COMMANDS]
-    for folder in FOLDERS:  # those that run by themselves
-        if (ROOT / folder.replace(".", "/") / "__main__.py").exists():
+    for folder in (module.removesuffix(".command") for module, _ in COMMANDS.values()):
+        if ROOT.joinpath(*folder.split("."), "__main__.py").exists():  # it runs by itself
             programs.append([folder])
     assert len(programs) > len(COMMANDS) + 5
     output = json.loads(printed("-c", HELP, json.dumps(programs)))
@@ -286,12 +285,10 @@ def test_a_structure_that_is_shaken_has_more_datasets():
     shaken = nlds_vines.load_system("ssul-set6", base_displacement=0.01)
     scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
     usual = Scan("all", catalog()["ssul-set6"], scan.axes, ("response",))
-    added = set(scan.table.datasets) - set(usual.table.datasets)
+    added = scan.table.datasets.keys() - usual.table.datasets.keys()
     assert {"P", "drift_max", "drift_rms", "transmissibility"} <= added
-    for name in added:
-        assert "where the ground moves" in rows_of[f"`{name}`"], name
-    for name in usual.table.datasets:
-        assert "where the ground moves" not in rows_of[f"`{name}`"], name
+    for name in added | usual.table.datasets.keys():
+        assert ("where the ground moves" in rows_of[f"`{name}`"]) == (name in added), name
 
 
 def test_every_made_table_is_on_a_page_and_every_kind_is_drawn():

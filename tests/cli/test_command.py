@@ -22,10 +22,6 @@ def test_ranges_and_lists(error_of):
     assert error_of(ends, "--free k2", "5", "low", "high") == "--free k2 = '5' must be LOW:HIGH"
 
 
-def options_in(text):
-    return set(re.findall(r"^  (?:-\w[^,]*, )?(--[a-z-]+)", text, re.MULTILINE))
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_lists_what_matters_and_help_all_the_rest(name, answer):
     command = import_module(COMMANDS[name][0]).main.__self__
@@ -36,10 +32,11 @@ def test_help_lists_what_matters_and_help_all_the_rest(name, answer):
     assert common <= declared
     assert len(common) in (0, 8)
     assert common or len(declared) < 24
-    short = options_in(answer(name, "--help"))
+    listed = re.compile(r"^  (?:-\w[^,]*, )?(--[a-z-]+)", re.MULTILINE)
+    short = {*listed.findall(answer(name, "--help"))}
     assert short - {"--help", "--help-all"} == (common or declared - {"--help"})
     if common:
-        assert options_in(answer(name, "--help-all")) >= declared
+        assert {*listed.findall(answer(name, "--help-all"))} >= declared
 
 
 @pytest.fixture

@@ -13,15 +13,13 @@ import nlds_vines as nv
 
 SCAN_ALONG_IT = """
 import json
-from pathlib import Path
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.archives.archive import read
 scan = ["bifurcation", "--system", "tmd", "--start", "deflected", "--quiet", "--transient", "0",
         "--periods", "2", "--record", "section", "--vary", "stiffness_ratio=0.01:0.02:3"]
 assert main([*scan, "-o", "new.h5", "--plot", "new.png"]) == 0
 assert main(["rerun", "new.h5", "-o", "again.h5", "--quiet"]) == 0
-with read("new.h5") as view:
+with nv.read("new.h5") as view:
     k2, start, section = (view[name].tolist() for name in ("k2", "start", "section"))
 print(json.dumps([k2, start, section, nv.open_archive("new.h5").request.to_toml()]))
 """
@@ -67,18 +65,14 @@ def test_scans_know_a_new_axis_and_a_new_start(copy):
 WORDS = "width of the section, the largest less the least x1 at t = nT"
 
 RECORD_IT = """
-import json, sys
+import json
 from pathlib import Path
-import numpy as np
-from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.bifurcation.run import run
+import nlds_vines as nv
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.map_view import column, numbers_of, shows_of
 from nlds_vines.model.quantities import QUANTITIES
 from nlds_vines.orbits.records import WANTS
 from nlds_vines.upkeep.export import main as export
-from nlds_vines.upkeep.plot import plot
 
 omega, P = {"values": [6.0, 6.5, 7.0]}, {"values": [300.0, 600.0]}
 sampling, found = {"transient": 2, "periods": 5}, {"last": WANTS[-1]}
@@ -89,9 +83,9 @@ for name, vary, want in (
 ):
     document = {"title": name, "system": "tmd", "vary": vary, "sampling": sampling}
     path = Path(f"{name}.h5")
-    run(load_scan({**document, "record": {"want": want}}), path)
-    figure = plot(path)
-    with read(path) as view:
+    nv.scan({**document, "record": {"want": want}}, to=path)
+    figure = nv.plot(path)
+    with nv.read(path) as view:
         entry = view.describe("width")
         found[name] = {
             "datasets": sorted(view.names),

@@ -146,24 +146,20 @@ def test_commands_take_numbers_and_presets_and_refuse_them_beside_rk4(
 
 
 @pytest.mark.parametrize(
-    "function",
+    ("function", "arguments"),
     [
-        lambda **options: nv.simulate(SYSTEM, 1, **options),
-        lambda **options: nv.classify(SYSTEM, **options),
-        lambda **options: nv.orbit_portrait(SYSTEM, **options),
-        lambda **options: nv.transient_lifetimes(SYSTEM, to="a.h5", **options),
-        lambda **options: nv.scan(SMALL, to="a.h5", sampling=options),
+        (nv.simulate, {"periods": 1}),
+        (nv.classify, {}),
+        (nv.orbit_portrait, {}),
+        (nv.transient_lifetimes, {"to": "a.h5"}),
     ],
-)  # fmt: skip
-def test_functions_refuse_it_in_one_line(function, here):
-    allowed = r"tolerance = .*; allowed: 1e-13 to 0\.001, or draft"
-    for value in (-1e-9, "drft", 1.0):
-        with pytest.raises(RequestError, match=allowed):
-            function(tolerance=value)
-    with pytest.raises(RequestError, match="must be a finite number"):
-        function(tolerance=float("nan"))
-    with pytest.raises(RequestError, match="tolerance is of method 'exact'"):
-        function(tolerance="draft", method="rk4")
+)
+def test_functions_refuse_it_in_one_line(function, arguments, here, error_of):
+    for wrong, words in (
+        ({"tolerance": -1e-9}, "tolerance = -1e-09; allowed: 1e-13 to 0.001, or draft"),
+        ({"tolerance": "draft", "method": "rk4"}, "tolerance is of method 'exact'"),
+    ):
+        assert words in error_of(function, SYSTEM, **arguments, **wrong)
     assert list(here.iterdir()) == []
 
 

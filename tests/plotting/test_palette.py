@@ -4,7 +4,7 @@ Colors are seen through the matrices of Machado, Oliveira and Fernandes (2009), 
 compared by their distance in CIELAB (CIE 1976), of which some 2.3 can just be seen.
 """
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -55,18 +55,12 @@ def test_the_measure_has_the_known_values_of_white_and_of_red():
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_regimes_are_told_apart_by_their_colors_and_longer_periods_are_lighter(sight):
-    # periods and what is not periodic
-    color = {word: seen(color_of(word), SIGHT[sight]) for word in [*PLAIN, *OTHERS]}
-    near = min((float(np.linalg.norm(color[a] - color[b])), a, b)
-               for a, b in combinations(color, 2))  # fmt: skip
-    assert near[0] > LEAST, near
-    # what is undetermined is hatched beside its color, and closer to a tint without blue
-    tints = {word: seen(color_of(word), SIGHT[sight]) for word in TINTS}
-    for other in OTHERS:
-        color = seen(color_of(other), SIGHT[sight])
-        near = min((float(np.linalg.norm(color - tint)), word) for word, tint in tints.items())
-        blue = other == HATCHED and sight == "tritanopia"
-        assert near[0] > (8.0 if blue else LEAST), (other, near)
+    lab = {word: seen(color_of(word), SIGHT[sight]) for word in [*PLAIN, *OTHERS, *TINTS]}
+    # periods and what is not periodic, each beside all others; what is not periodic beside tints
+    for one, other in (*combinations([*PLAIN, *OTHERS], 2), *product(OTHERS, TINTS)):
+        # what is undetermined is hatched beside its color, and closer to a tint without blue
+        closer = sight == "tritanopia" and one == HATCHED and other in {*TINTS} - {*PLAIN}
+        assert np.linalg.norm(lab[one] - lab[other]) > (8.0 if closer else LEAST), (one, other)
     # longer periods are lighter
     lightness = [seen(color, SIGHT[sight])[0] for color in RAMP]
     assert min(np.diff(lightness)) > 3.0

@@ -1,5 +1,6 @@
 """A finished archive is drawn by `nlds-vines plot` and `nv.plot`; pictures are not replaced."""
 
+import re
 from math import pi, sqrt
 
 import matplotlib
@@ -10,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import nlds_vines as nv
-from nlds_vines.archives.archive import read
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.picture.choices import quantities
-from nlds_vines.errors import RequestError
+from nlds_vines.bifurcation.run import Report
+from nlds_vines.plotting import chosen_panels
 from nlds_vines.plotting.palette import color_of
 
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
@@ -32,7 +33,7 @@ def small(tmp_path_factory):
     return folder / "small.h5"
 
 
-def test_a_figure_is_returned_or_drawn_into_given_axes_and_nothing_is_written(small):
+def test_a_figure_is_returned_or_drawn_into_given_axes_and_nothing_is_written(small, error_of):
     before = sorted(small.parent.iterdir())
     figure = nv.plot(small)
     assert isinstance(figure, Figure)
@@ -46,10 +47,9 @@ def test_a_figure_is_returned_or_drawn_into_given_axes_and_nothing_is_written(sm
     assert not one.get_lines()
     assert other.get_ylabel().endswith("[J]")
     assert other.get_lines()
-    with pytest.raises(RequestError, match="unknown columns '3'"):
-        nv.plot(small, columns=3)
-    with pytest.raises(RequestError, match=r"'x1,x2' names several panels, axes take one of: E"):
-        nv.plot(small, "x1,x2", ax=one)
+    assert "unknown columns '3'" in error_of(nv.plot, small, columns=3)
+    line = error_of(nv.plot, small, "x1,x2", ax=one)
+    assert "'x1,x2' names several panels, axes take one of: E" in line
 
 
 def test_any_recorded_quantity_is_an_ordinate_in_the_order_asked_for(small):
@@ -59,7 +59,7 @@ def test_any_recorded_quantity_is_an_ordinate_in_the_order_asked_for(small):
         *("velocity of the damper", "energy of the structure", "energy of the damper"),
         "impacts per forcing period",
     ]  # fmt: skip
-    with read(small) as view:
+    with nv.read(small) as view:
         section = view.take("section", start=0, component=3)
     (cloud,) = figure.axes[0].get_lines()
     np.testing.assert_array_equal(cloud.get_ydata(), section.ravel())
@@ -94,7 +94,9 @@ PANELS = {
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("kind", PANELS)
-def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, ask, answer):
+def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(
+    kind, tmp_path, ask, answer, error_of
+):
     words, names, ordinate = PANELS[kind]
     path, picture, again = (tmp_path / name for name in ("a.h5", "a.png", "again.png"))
     ask(kind, *words.split(), "-o", path, "--plot", picture, "--quiet")
@@ -121,23 +123,23 @@ def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path
     figure = Figure()
     main = nv.plot(path, ax=figure.add_subplot()).axes[0]
     assert main.get_ylabel() == nv.plot(path, names[0]).axes[0].get_ylabel()
-    with pytest.raises(RequestError, match=rf"unknown show 'nosuch'.* allowed: {names[0]}"):
-        nv.plot(path, "nosuch" if kind != "transients" else "survival,nosuch")
+    line = error_of(nv.plot, path, "nosuch" if kind != "transients" else "survival,nosuch")
+    assert re.search(f"unknown show 'nosuch'.* allowed: {names[0]}", line)
     if len(names) > 1:
         both = ",".join(names[:2])
-        with pytest.raises(RequestError, match=f"'{both}' names several panels, axes take one of"):
-            nv.plot(path, both, ax=main)
+        line = error_of(nv.plot, path, both, ax=main)
+        assert f"'{both}' names several panels, axes take one of" in line
 
 
-def test_what_users_set_in_matplotlib_stays(small):
+def test_what_users_set_in_matplotlib_stays(small, error_of):
     with matplotlib.rc_context({"font.size": 13, "axes.labelsize": 17}):
         figure = nv.plot(small, "E1max")
     assert figure.axes[0].yaxis.label.get_fontsize() == 17
     assert nv.plot(small, "E1max").axes[0].yaxis.label.get_fontsize() == 9
     dark = nv.plot(small, "E1max", style="dark_background")
     assert dark.get_facecolor() == (0.0, 0.0, 0.0, 1.0)
-    with pytest.raises(RequestError, match=r"style 'nosuch' is no file; allowed: .*ggplot"):
-        nv.plot(small, style="nosuch")
+    line = error_of(nv.plot, small, style="nosuch")
+    assert re.search("style 'nosuch' is no file; allowed: .*ggplot", line)
 
 
 def test_plot_draws_or_lists_quantities(small, tmp_path, answer, refusal, ask):
@@ -156,28 +158,26 @@ def test_plot_draws_or_lists_quantities(small, tmp_path, answer, refusal, ask):
     assert "nlds-vines plot" in err
 
 
-def test_resuming_draws_its_own_picture_and_keeps_another(tmp_path):
-    picture = tmp_path / "a.png"
+def test_resuming_draws_its_own_picture_and_keeps_another(here, ask):
+    picture = here / "a.png"
     picture.write_bytes(b"of something else")
-    command = [*SMALL, "-o", str(tmp_path / "a.h5"), "--plot", str(picture)]
-    assert main([*command, "--overwrite"]) == 0
+    command = ["bifurcation", *SMALL, "-o", "a.h5", "--plot", "a.png"]
+    ask(*command, "--overwrite")
     drawn = picture.read_bytes()
-    assert main([*command, "--resume"]) == 0
+    ask(*command, "--resume")
     assert picture.read_bytes() == drawn
     picture.write_bytes(b"of something else")
-    assert main([*command, "--resume"]) == 2
+    ask(*command, "--resume", status=2)
 
 
 @pytest.mark.plain
 @pytest.mark.kernels
 def test_orbits_beyond_the_limit_are_reported_hatched_and_in_the_legend(tmp_path):
-    from nlds_vines.bifurcation.run import Report
-
     scan = {"system": DEEP, "vary": {"omega": {"values": [6.0, 6.2, 6.4]}}}
     sampling = {"transient": 50, "periods": 10}
     passing = nv.scan(scan, sampling=sampling, record=["section", "regime"], to=tmp_path / "a.h5")
     report = Report()
-    with read(passing) as view:
+    with nv.read(passing) as view:
         report.note(view)
         depth = view["violation_depth"]
         assert (view["violations"] > 0).all()
@@ -248,16 +248,12 @@ def test_ticks_stand_at_round_numbers_of_the_unit(small, unit, factor, words):
     assert all(len(text) <= 5 for text in texts)
 
 
-def test_what_has_no_axis_of_the_frequency_is_refused_and_panels_share_its_ticks(small, tmp_path):
-    with pytest.raises(RequestError, match="frequency 'kHz'"):
-        nv.plot(small, frequency="kHz")
-    path = tmp_path / "stiff.h5"
+def test_what_has_no_axis_of_the_frequency_is_refused_and_panels_share_its_ticks(small, error_of):
+    assert "frequency 'kHz'" in error_of(nv.plot, small, frequency="kHz")
     along = {"k1": {"values": [3.9e4, 4e4]}}
-    nv.scan("ssul-set6", vary=along, sampling=SHORT, record=RECORD, to=path, quiet=True)
-    with pytest.raises(RequestError, match="no axis of the frequency"):
-        nv.plot(path, frequency="Hz")
-    with pytest.raises(RequestError, match="needs one frequency"):
-        nv.plot(path, frequency="ratio")
+    path = nv.scan("ssul-set6", vary=along, sampling=SHORT, record=RECORD, quiet=True)
+    assert "no axis of the frequency" in error_of(nv.plot, path, frequency="Hz")
+    assert "needs one frequency" in error_of(nv.plot, path, frequency="ratio")
     # panels above have their ticks at the same places
     figure = nv.plot(small, frequency="Hz")
     figure.canvas.draw()
@@ -289,8 +285,6 @@ def test_a_frequency_axis_has_round_numbers_also_where_it_is_logarithmic(tmp_pat
 
 
 def test_every_drawing_command_has_a_unit_of_the_frequency(here, ask, refusal, monkeypatch):
-    from nlds_vines.plotting import chosen_panels
-
     drawn = []
     monkeypatch.setattr(chosen_panels, "save_figure", lambda figure, *_: drawn.append(figure))
     words = ["--transient", "10", "--periods", "8", "--quiet", "--plot", "a.png"]

@@ -8,6 +8,7 @@ import json
 import multiprocessing
 import os
 import pickle
+import re
 import signal
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -27,10 +28,8 @@ from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.run import Computer, run
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.errors import RequestError
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs import executors
@@ -106,27 +105,24 @@ def test_threads_blocks_and_shards_do_not_matter(every, tmp_path, cut):
     assert content(tmp_path / "shared.h5") == whole
 
 
-def test_the_orbits_compared_are_not_all_alike(tmp_path):
-    found = arrays(nv.scan(document(TWO_AXES, "random:3"), to=tmp_path / "a.h5"))
-    assert np.isfinite(found["section"]).all()
-    assert len(np.unique(found["section"][..., -1, 0])) == found["status"].size
+def test_the_orbits_compared_are_not_all_alike():
+    compared = arrays(nv.scan(document(TWO_AXES, "random:3")))
+    assert np.isfinite(compared["section"]).all()
+    assert len(np.unique(compared["section"][..., -1, 0])) == compared["status"].size
 
 
 @pytest.mark.parametrize("vary", [ONE_AXIS, TWO_AXES], ids=["1", "2"])
-def test_both_is_up_and_down_in_one_archive(vary, tmp_path, cut):
-    alone = {
-        policy: arrays(nv.scan(document(vary, policy), to=tmp_path / f"{policy}.h5"))
-        for policy in ("up", "down")
-    }
-    assert not np.array_equal(alone["up"]["section"], alone["down"]["section"])
+def test_both_is_up_and_down_in_one_archive(vary, cut):
+    alone = [arrays(nv.scan(document(vary, policy))) for policy in ("up", "down")]
+    assert not np.array_equal(alone[0]["section"], alone[1]["section"])
     cut(2, starts=2)
-    path = nv.scan(document(vary, "both"), to=tmp_path / "both.h5")
+    path = nv.scan(document(vary, "both"))
     with nv.read(path) as archive:
         assert list(archive["start"]) == ["up", "down"]
-    for name, array in arrays(path).items():
-        for start, policy in enumerate(("up", "down")):
-            one = np.take(array, [start], axis=len(vary))
-            np.testing.assert_array_equal(one, alone[policy][name], err_msg=name)
+    for name, both in arrays(path).items():
+        for start, one in enumerate(alone):
+            part = np.take(both, [start], axis=len(vary))
+            np.testing.assert_array_equal(part, one[name], err_msg=name)
 
 
 def test_more_threads_than_processors_do_not_matter(tmp_path):
@@ -139,55 +135,50 @@ def test_more_threads_than_processors_do_not_matter(tmp_path):
     assert content(tmp_path / "scan.h5") == compute(tmp_path / "here.h5", scan, threads=1)
 
 
-def stop_after(monkeypatch, blocks):
-    """Let Ctrl-C strike when so many blocks have been computed; return how to end that."""
-    left = [blocks]
-    computed = Computer.block
+def stopped_after(blocks, scan, path):
+    """Let Ctrl-C strike when so many blocks of a scan have been computed; return what is said."""
+    computed, left = Computer.block, [None] * blocks
 
     def block(self, which):
-        if left[0] == 0:
+        if not left:
             raise KeyboardInterrupt
-        left[0] -= 1
+        left.pop()
         return computed(self, which)
 
-    monkeypatch.setattr(Computer, "block", block)
-    return lambda: monkeypatch.setattr(Computer, "block", computed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Computer, "block", block)
+        with pytest.raises(Interrupted) as stop:
+            run(scan, path)
+    return str(stop.value)
 
 
-def test_a_resumed_scan_ends_in_the_same_bits(every, tmp_path, monkeypatch, cut):
+def test_a_resumed_scan_ends_in_the_same_bits(every, tmp_path, cut):
     scan, whole = every
     cut(2, scan.starts)
     blocks = len(list(cutting.blocks_of(scan)))
     done = min(3, blocks - 1)
-    go_on = stop_after(monkeypatch, done)
     path = tmp_path / "stopped.h5"
-    with pytest.raises(Interrupted, match="--resume") as stop:
-        nv.scan(scan, to=path)
-    assert f"{done} of {blocks} blocks" in str(stop.value)
+    said = stopped_after(done, scan, path)
+    assert "--resume" in said
+    assert f"{done} of {blocks} blocks" in said
     assert not path.exists()
     folder = Blocks(path, scan).folder
     files = sorted(folder.glob("*"))
     assert len(files) == done
     for block in files[:1]:
         block.unlink()
-    go_on()
     assert compute(path, scan, resume=True) == whole
     assert not folder.exists()
 
 
-def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
+def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, cut):
     scan = nv.load_scan(document({"omega": {"values": [1e-6, 6.0, 6.28, 6.5]}}))
-    path = tmp_path / "a.h5"
     cut(1)
-    go_on = stop_after(monkeypatch, 2)
-    with pytest.raises(Interrupted):
-        run(scan, path)
-    go_on()
+    stopped_after(2, scan, tmp_path / "a.h5")
     for _ in ("resumed", "complete"):
-        report = run(scan, path, RunOptions(resume=True))
+        report = run(scan, tmp_path / "a.h5", RunOptions(resume=True))
         assert report.failures.total() == 1
-        assert report.labels.total() == 4
-        assert report.labels["failed"] == 1
+        assert (report.labels.total(), report.labels["failed"]) == (4, 1)
 
 
 SLOW = {"C": -0.06, "omega": 0.01, "K": 3.2e7}
@@ -203,24 +194,21 @@ FAILURES = {
 @pytest.mark.kernels
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("failure", FAILURES)
-def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(
-    failure, start, tmp_path, monkeypatch
-):
+def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(failure, start, monkeypatch):
     name, bad, settings, code = FAILURES[failure]
     system = nv.load_system("ssul-set6", **settings)
     usual = system.K if name == "K" else system.parameters[name]
     good = [usual * factor for factor in (0.75, 1.0, 1.125)]
     settings = {key: value for key, value in settings.items() if key != name}
 
-    def found(path, values):
+    def computed(values):
         sampling = {"transient": 2, "periods": 6}
         vary = {name: {"values": values}}
-        scan = document(vary, start, set=settings, sampling=sampling)
-        return arrays(nv.scan(scan, to=tmp_path / path))
+        return arrays(nv.scan(document(vary, start, set=settings, sampling=sampling)))
 
-    alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
+    alone, beside = computed(good), computed([*good, bad])
     monkeypatch.setattr(cutting, "BLOCK_PERIODS", 1)
-    apart = found("apart.h5", [*good, bad])
+    apart = computed([*good, bad])
     assert (alone["status"] == OK).all()
     assert (beside["status"][-1] == code).all()
     for name in alone:
@@ -239,7 +227,7 @@ def test_failed_lanes_give_status_1_and_a_remedy(here, ask):
     assert out == ""
     assert "1 of 2 orbits failed" in err
     for option in ("--overwrite", "--resume"):  # computed again, and only looked at
-        assert main(["scan.toml", "--vary", "P=800:1e200:2", "--quiet", option]) == 1
+        ask("bifurcation", "scan.toml", "--vary", "P=800:1e200:2", "--quiet", option, status=1)
     with nv.read("scan.h5") as archive:
         words = archive.flags("status")
         assert archive["status"].ravel().tolist() == [OK, DIVERGED]
@@ -306,7 +294,7 @@ def test_a_shard_without_blocks_says_so(here, answer):
     assert "empty" not in answer(*scan, "--shard", "1/7")
 
 
-def test_a_task_of_a_slurm_array_knows_its_shard_or_is_refused():
+def test_a_task_of_a_slurm_array_knows_its_shard_or_is_refused(error_of):
     def array(ID=7, MIN=7, MAX=7):
         numbers = {"ID": ID, "MIN": MIN, "MAX": MAX, "COUNT": 7}
         return {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
@@ -316,8 +304,7 @@ def test_a_task_of_a_slurm_array_knows_its_shard_or_is_refused():
     assert Shard.parse("2/7", {}) == Shard(2, 7)
     assert str(Shard(2, 7)) == "2/7"
     for environment in ({}, array(MIN="x"), array(3, 1, 13), array(9, 1, 7)):
-        with pytest.raises(RequestError, match="--shard slurm: "):
-            Shard.parse("slurm", environment)
+        assert "--shard slurm: " in error_of(Shard.parse, "slurm", environment)
 
 
 # ---- executors -----------------------------------------------------------------------------------
@@ -358,37 +345,37 @@ def test_workers_need_nothing_of_the_client_s_disk(small, tmp_path):
         assert compute(tmp_path / "b.h5", small, executor=pool) == whole
 
 
-def test_a_worker_of_another_version_is_refused_before_it_computes(small, tmp_path, monkeypatch):
-    other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
+def test_a_worker_of_another_version_is_refused_before_it_computes(
+    small, here, monkeypatch, error_of
+):
     monkeypatch.setattr(scan_run, "_computer", lambda toml: pytest.fail("it computes"))
-    monkeypatch.setattr("nlds_vines.archives.provenance.makers", lambda: other)
-    sent = Elsewhere()
-    real = sent.submit
+    other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
+    with monkeypatch.context() as patch:
+        patch.setattr("nlds_vines.archives.provenance.makers", lambda: other)
 
-    def submit(work, /, *arguments):
-        monkeypatch.undo()  # the worker has what is installed here
-        monkeypatch.setattr(scan_run, "_computer", lambda toml: pytest.fail("it computes"))
-        return real(work, *arguments)
+        class Worker(Elsewhere):
+            def submit(self, work, /, *arguments):
+                patch.undo()  # the worker has what is installed here
+                return super().submit(work, *arguments)
 
-    sent.submit = submit
-    with pytest.raises(RequestError, match=r"another version: .*numpy_version .*, not 1\.0"):
-        nv.scan(small, to=tmp_path / "a.h5", executor=sent)
-    assert os.listdir(tmp_path) == []
+        line = error_of(nv.scan, small, to="a.h5", executor=Worker())
+    assert re.search(r"another version: .*numpy_version .*, not 1\.0", line)
+    assert os.listdir() == []
 
 
 @pytest.mark.kernels
-def test_processes_of_a_pool_end_in_the_same_bits_and_a_dead_one_is_one_line(here, whole):
+def test_processes_of_a_pool_end_in_the_same_bits_and_a_dead_one_is_one_line(here, whole, error_of):
     scan = nv.load_scan(SCAN)
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
         assert compute("b.h5", scan, executor=pool) == whole
         for process in pool._processes.values():
             process.kill()
-        with pytest.raises(RequestError, match=r"a worker has died: .*; --resume goes on"):
-            nv.scan(scan, to="c.h5", executor=pool)
+        line = error_of(nv.scan, scan, to="c.h5", executor=pool)
+    assert re.search("a worker has died: .*; --resume goes on", line)
 
 
 @pytest.mark.parametrize("knows", ["when an item is submitted", "when its result is asked for"])
-def test_a_dead_worker_is_one_line_whenever_the_executor_knows(knows):
+def test_a_dead_worker_is_one_line_whenever_the_executor_knows(knows, error_of):
     class Dead(Executor):
         def submit(self, work, /, *arguments):
             error = BrokenProcessPool("a child process terminated abruptly")
@@ -398,11 +385,11 @@ def test_a_dead_worker_is_one_line_whenever_the_executor_knows(knows):
             future.set_exception(error)
             return future
 
-    with pytest.raises(RequestError, match=r"a worker has died: a child .*; --resume goes on"):
-        list(executors.as_finished(Dead(), abs, [3, 5], 1))
+    line = error_of(list, executors.as_finished(Dead(), abs, [3, 5], 1))
+    assert re.search("a worker has died: a child .*; --resume goes on", line)
 
 
-def test_what_fails_now_and_then_is_tried_again():
+def test_what_fails_now_and_then_is_tried_again(error_of):
     tries = []
 
     def work(item):
@@ -416,8 +403,8 @@ def test_what_fails_now_and_then_is_tried_again():
 
     with ThreadPoolExecutor(1) as pool:
         assert list(executors.as_finished(pool, work, [3, 5], 1)) == [(3, 9), (5, 25)]
-        with pytest.raises(RequestError, match="block 3 has failed 4 times, at last: KeyError"):
-            list(executors.as_finished(pool, refused, [3], 5))
+        line = error_of(list, executors.as_finished(pool, refused, [3], 5))
+    assert "block 3 has failed 4 times, at last: KeyError" in line
 
 
 # ---- a Dask cluster ------------------------------------------------------------------------------

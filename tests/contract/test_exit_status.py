@@ -27,7 +27,7 @@ from paper.request import load_figure
 
 USUAL = {
     **dict.fromkeys(("threads", "shard", "scheduler", "executor")),
-    **{"resume": False, "overwrite": False, "quiet": True},
+    **{"resume": False, "overwrite": False, "quiet": False},
 }
 
 
@@ -38,13 +38,11 @@ def calls(here, monkeypatch):
 
     def run(scan, output, how):
         asked.runs.append((scan, output, vars(how)))
+        failures = Counter({DIVERGED: asked.failed} if asked.failed else {})
         return SimpleNamespace(
-            lanes=scan.lanes,
-            labels={"T,0": 1, "chaos": 1},
-            failures=Counter({DIVERGED: asked.failed} if asked.failed else {}),
-            summary=lambda: "the summary",
-            remarks=lambda: ["a remark"],
-        )
+            lanes=scan.lanes, labels={"T,0": 1, "chaos": 1}, failures=failures,
+            summary=lambda: "the summary", remarks=lambda: ["a remark"],
+        )  # fmt: skip
 
     picture = SimpleNamespace(save=lambda *what: asked.plots.append(what))
     monkeypatch.setattr("nlds_vines.bifurcation.run.run", run)
@@ -54,19 +52,16 @@ def calls(here, monkeypatch):
 
 def test_the_default_is_figure_8_with_its_picture(calls, ask):
     printed = ask("bifurcation")
-    options = {**USUAL, "quiet": False}
-    assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
+    assert calls.runs == [(load_scan(), Path("figure8.h5"), USUAL)]
     assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None, None)]
     assert printed == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
-def test_a_picture_lies_beside_the_archive_of_the_default_alone(calls, tmp_path):
-    (tmp_path / "deep").mkdir()
-    (tmp_path / "deep" / "mine.toml").write_text(load_scan().to_toml())
+def test_a_picture_lies_beside_the_archive_of_the_default_alone(calls):
+    Path("deep").mkdir()
+    Path("deep/mine.toml").write_text(load_scan().to_toml())
     assert main(["deep/mine.toml", "--quiet"]) == 0  # a scan file gives its name
-    scan, output, options = calls.runs[0]
-    assert (scan, output) == (load_scan(), Path("mine.h5"))
-    assert options["quiet"]
+    assert calls.runs == [(load_scan(), Path("mine.h5"), {**USUAL, "quiet": True})]
     # a map that cannot be drawn is not drawn unasked
     assert main(["--vary", "P=1:2:5", "--vary", "C=1:2:5", "--record", "section"]) == 0
     assert calls.plots == []
@@ -82,25 +77,22 @@ def test_every_option_arrives(calls):
     )
     assert main(arguments.split()) == 0
     scan, output, options = calls.runs[0]
-    assert scan.system.kind == "ssul"
-    assert (scan.system.parameters["P"], scan.system.K) == (600, 2.5e7)
-    assert scan.system.parameters["k2"] == 784.9
-    assert [(axis.name, axis.values.tolist()) for axis in scan.axes] == [
-        ("omega", [5, 5.5, 6]),
-        ("C", pytest.approx([-0.1, -0.05, 0, 0.05, 0.1])),
-    ]
+    p = scan.system.parameters
+    assert (scan.system.kind, p["P"], p["k2"], scan.system.K) == ("ssul", 600, 784.9, 2.5e7)
+    values = {"omega": [5, 5.5, 6], "C": pytest.approx([-0.1, -0.05, 0, 0.05, 0.1])}
+    assert {axis.name: axis.values.tolist() for axis in scan.axes} == values
     assert (scan.start.policy, scan.start.count) == ("random", 4)
     assert (scan.transient, scan.periods, scan.method) == (7, 8, "rk4")
     assert scan.want == ("section", "energy")
     assert output == Path("map.h5")
-    assert options == {**USUAL, "threads": 2, "overwrite": True, "quiet": False}
+    assert options == {**USUAL, "threads": 2, "overwrite": True}
     assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max", None)]
 
 
 def test_a_shard_says_who_writes_and_draws_nothing_and_failures_are_status_1(calls, ask):
     out, _ = ask("bifurcation", "--shard", "2/7")
     assert "the last shard to end writes the archive" in out
-    assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
+    assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7)}
     assert calls.plots == []
     calls.failed = 3
     out, err = ask("bifurcation", "--quiet", status=1)  # failed orbits, even when quiet
@@ -133,7 +125,9 @@ def test_the_function_returns_the_archive(calls):
     assert calls.plots == []
 
 
-def test_help_shows_an_example_that_works(calls, answer):
+def test_help_names_the_commands_and_shows_examples_that_work(calls, answer):
+    assert "bifurcation" in answer() == answer("--help")
+    assert answer("--version").startswith("nlds-vines ")
     text = answer("bifurcation", "--help").replace("\\\n", " ")
     examples = [line.split()[2:] for line in text.splitlines() if "nlds-vines bifurcation" in line]
     examples = [words for words in examples if "[-h]" not in words]
@@ -141,11 +135,6 @@ def test_help_shows_an_example_that_works(calls, answer):
     for words in examples:
         assert main(words) == 0
     assert len(calls.runs) == 5
-
-
-def test_console_help_names_the_commands(answer):
-    assert "bifurcation" in answer() == answer("--help")
-    assert answer("--version").startswith("nlds-vines ")
 
 
 TOLD = {
@@ -243,8 +232,8 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_closed_stream_changes_nothing(folder, closed):
     sound = (folder / "a.h5").read_bytes()
-    assert shell(f"nlds-vines plot a.h5 --show '?' {closed}", folder)[::2] == (0, "")
-    assert shell(f"nlds-vines bifurcation --dry-run {closed}", folder)[::2] == (0, "")
+    for words in ("plot a.h5 --show '?'", "bifurcation --dry-run"):
+        assert shell(f"nlds-vines {words} {closed}", folder)[::2] == (0, "")
     assert (folder / "a.h5").read_bytes() == sound
     assert shell(f"nlds-vines plot no.h5 {closed}", folder)[0] == 2
 

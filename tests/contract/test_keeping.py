@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice, product
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from runpy import run_path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -23,7 +24,6 @@ import nlds_vines as nv
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.run import Report, _save, wanted_of
-from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outputs
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.records import DIVERGED, OK
@@ -38,28 +38,17 @@ REAL = {
 }
 
 
-@pytest.fixture
-def folder(here, monkeypatch):
-    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
-    return here
-
-
 def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
     monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
-    arrays = {
-        "status": np.array([OK, OK, DIVERGED]),
-        "label": np.array(["T,1", "3T,2", "failed"], dtype=object),
-    }
+    labels = np.array(["T,1", "3T,2", "failed"], dtype=object)
+    arrays = {"status": np.array([OK, OK, DIVERGED]), "label": labels}
     blocks = [(SimpleNamespace(index=i), arrays, 0.0) for i in range(2)]
     with Progress(9, "orbit", quiet=False) as progress:
         _save(SimpleNamespace(save=lambda *_: None), iter(blocks), Report(), progress)
     err = capsys.readouterr().err
     assert err.startswith("6 of 9 orbits, ")
     assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")
-
-
-def test_waiting_for_the_compiler_does_not_count_for_the_pace(capsys, monkeypatch):
-    monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
+    # waiting for the compiler does not count for the pace
     clock = iter([0.0, 10.0, 101.0])
     monkeypatch.setattr("nlds_vines.runs.progress.time.perf_counter", lambda: next(clock))
     progress = Progress(30, "orbit")  # at 0 s
@@ -103,10 +92,11 @@ COMMANDS = {
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
+def test_no_task_counts_compiling_as_pace(command, here, ask, monkeypatch):
     """All kernels take 1e6 s more to compile; no work is noted while they are compiled."""
     late, depth, note = [0.0], [0], Progress.note
     clock, followed = time.perf_counter, Compilation.followed
+    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
 
     @contextmanager
     def slow(self, parts=None):
@@ -142,16 +132,16 @@ def test_no_task_counts_compiling_as_pace(command, folder, ask, monkeypatch):
 # ---- whether there is room -----------------------------------------------------------------------
 
 
-def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
-    scan = make_scan()
-    cutting.refuse_without_room(scan, tmp_path / "a.h5")
-    with monkeypatch.context() as patch:
-        patch.setattr(cutting, "free_disk", lambda _: 1000)
-        with pytest.raises(RequestError, match=r"on the disk .* GB are free"):
-            cutting.refuse_without_room(scan, tmp_path / "a.h5")
-    monkeypatch.setattr(cutting, "free_memory", lambda: 1000)
-    with pytest.raises(RequestError, match=r"0.3 GB of memory .* 1e-06 GB are free"):
-        cutting.refuse_without_room(scan, tmp_path / "a.h5")
+def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path, error_of):
+    needed = make_scan(), tmp_path / "a.h5"
+    cutting.refuse_without_room(*needed)
+    for free, words in (
+        ("free_disk", "on the disk .* GB are free"),
+        ("free_memory", "0.3 GB of memory .* 1e-06 GB are free"),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(cutting, free, lambda *_: 1000)
+            assert re.search(words, error_of(cutting.refuse_without_room, *needed))
 
 
 def test_a_limit_on_memory_is_seen():
@@ -224,41 +214,40 @@ def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
 
 @pytest.fixture
 def hook(monkeypatch):
-    """Return the module `hatch_build`; hatchling need not be installed."""
-    interface = ModuleType("hatchling.builders.hooks.plugin.interface")
-    interface.BuildHookInterface = object
-    for name in ("", ".builders", ".builders.hooks", ".builders.hooks.plugin"):
-        monkeypatch.setitem(sys.modules, f"hatchling{name}", ModuleType("made up"))
-    monkeypatch.setitem(sys.modules, interface.__name__, interface)
-    path = Path(nv.__path__[0]).parent / "hatch_build.py"
-    module = ModuleType("hatch_build")
-    exec(compile(path.read_text(), str(path), "exec"), vars(module))
-    return module
+    """Return the names of `hatch_build`; hatchling need not be installed."""
+    name = "hatchling"
+    for part in ("", ".builders", ".hooks", ".plugin", ".interface"):
+        name += part
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(BuildHookInterface=object))
+    return SimpleNamespace(**run_path(str(Path(nv.__path__[0]).parent / "hatch_build.py")))
 
 
-@pytest.mark.parametrize("target", ["wheel", "sdist"])
-def test_a_wheel_or_sdist_records_its_commit(hook, tmp_path, target):
+@pytest.mark.parametrize(
+    ("target", "name"), [("wheel", "nlds_vines/_data/commit.txt"), ("sdist", "commit.txt")]
+)
+def test_a_wheel_or_sdist_records_its_commit(hook, tmp_path, target, name):
     made = hook.CustomBuildHook()
     made.root, made.target_name = str(tmp_path), target
-    asked = {"force_include": {}}
-    made.initialize("standard", asked)
-    assert asked == {"force_include": {}}  # neither a clone nor a source archive with a note
+
+    def included(version):
+        asked = {"force_include": {}}
+        made.initialize(version, asked)
+        return asked["force_include"]
+
+    assert included("standard") == {}  # neither a clone nor a source archive with a note
     (tmp_path / "commit.txt").write_text("0123abc\n")
-    made.initialize("standard", asked)
-    ((source, place),) = asked["force_include"].items()
-    assert Path(source).read_text() == "0123abc"
-    assert place == {"wheel": "nlds_vines/_data/commit.txt", "sdist": "commit.txt"}[target]
-    made.finalize("standard", asked, "")
+    ((source, place),) = included("standard").items()
+    assert (Path(source).read_text(), place) == ("0123abc", name)
+    made.finalize("standard", {}, "")
     assert not Path(source).exists()
-    asked = {"force_include": {}}
-    made.initialize("editable", asked)
-    assert asked == {"force_include": {}}
+    assert included("editable") == {}
 
 
 # ---- repeated and compared -----------------------------------------------------------------------
 
 
-def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, answer, refusal):
+def test_a_scan_is_repeated_from_its_archive_and_is_the_same(here, answer, refusal, monkeypatch):
+    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
     nv.scan(REAL, to="a.h5")
     assert "results are the same" in answer("rerun", "a.h5")
     assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")
@@ -307,9 +296,9 @@ print(json.dumps({"again": again - first, "long": long - again, "stored": peak()
 
 
 @pytest.mark.slow("a process, and a long transient")
-def test_a_thousand_times_the_transient_takes_no_more_memory(folder):
+def test_a_thousand_times_the_transient_takes_no_more_memory(tmp_path):
     nv.scan(REAL)  # compiles, if need be, which takes more memory than anything here
-    megabytes = json.loads(printed("-c", PROGRAM, cwd=folder, NUMBA_DISABLE_JIT="0"))
+    megabytes = json.loads(printed("-c", PROGRAM, cwd=tmp_path, NUMBA_DISABLE_JIT="0"))
     assert megabytes["stored"] > 15.0  # storing those states would be noticed
     assert megabytes["again"] < 4.0
     assert megabytes["long"] < 4.0

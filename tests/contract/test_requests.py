@@ -5,6 +5,7 @@ the message expected.  A setting with neither fails.
 """
 
 import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -16,11 +17,13 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.files import toml_text
+from nlds_vines.bifurcation.response_curves import load_curves
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.model import setting as settings
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
+from nlds_vines.portrait.request import load_portrait
 from nlds_vines.tuning.request import load_tuning
 
 NAN = float("nan")
@@ -28,41 +31,33 @@ SCANS = Path(__file__).parents[2] / "scans"
 
 
 class Kind(NamedTuple):
-    """A kind of request: where it is read, its smallest complete document, and its command."""
+    """A kind of request: how it is read, its smallest complete document, and its command."""
 
-    module: str
-    load: str
+    read: Callable
     least: dict
     command: str
 
     @property
     def form(self):
-        return import_module(f"nlds_vines.{self.module}").FORM
+        return import_module(self.read.__module__).FORM
 
     @property
     def settings(self):
         return [entry for table in self.form.tables.values() for entry in table.values()]
 
-    def read(self, *sources):
-        return getattr(import_module(f"nlds_vines.{self.module}"), self.load)(*sources)
-
 
 SET6 = {"system": "ssul-set6"}
 SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
 TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
+BLOW = {**SET6, "load": {"impulse": 1.0}}
 KINDS = {
-    "scan": Kind("bifurcation.request", "load_scan", SCAN, "bifurcation"),
-    "response curves": Kind(
-        "bifurcation.response_curves", "load_curves", {**SCAN, "curves": [{}]}, "response-curves"
-    ),
-    "portrait": Kind("portrait.request", "load_portrait", SET6, "portrait"),
-    "tuning": Kind("tuning.request", "load_tuning", TUNING, "tuning --surface=k2,c2"),
-    "continuation": Kind("continuation.request", "load_continuation", SET6, "continuation"),
-    "response history": Kind(
-        "loads.request", "load_response_history", {**SET6, "load": {"impulse": 1.0}},
-        "response-history --impulse=1",
-    ),
-}  # fmt: skip
+    "scan": Kind(nv.load_scan, SCAN, "bifurcation"),
+    "response curves": Kind(load_curves, {**SCAN, "curves": [{}]}, "response-curves"),
+    "portrait": Kind(load_portrait, SET6, "portrait"),
+    "tuning": Kind(load_tuning, TUNING, "tuning --surface=k2,c2"),
+    "continuation": Kind(nv.load_continuation, SET6, "continuation"),
+    "response history": Kind(load_response_history, BLOW, "response-history --impulse=1"),
+}
 """All kinds of requests, by the word for them."""
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -335,7 +330,7 @@ def test_a_file_lends_what_all_kinds_have(command, scan, ask):
 
 def test_a_file_lends_its_sampling_and_its_title(scan):
     with pytest.warns(LeftAside, match="nodes of"):
-        portrait = KINDS["portrait"].read(scan)
+        portrait = load_portrait(scan)
     assert portrait.columns[0].window == (333, 410)
     assert portrait.columns[0].system.parameters["P"] == 850
     with pytest.warns(LeftAside):
@@ -344,7 +339,7 @@ def test_a_file_lends_its_sampling_and_its_title(scan):
     lines = [line for line in FILE.splitlines() if not line.startswith("start")]
     Path(scan).write_text("\n".join([*lines, 'portrait = { panels = ["energy"] }']))
     with pytest.warns(LeftAside, match="vary"):
-        assert KINDS["portrait"].read(scan).panels == ("energy",)
+        assert load_portrait(scan).panels == ("energy",)
     # the title of a file stays, and that of the default does not
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", LeftAside)
@@ -371,11 +366,9 @@ LOADS = {
     "tone": {"amplitude": 1.0, "omega": 3.0},
     "sweep": {"amplitude": 1.0, "first": 3.0, "last": 5.0, "length": 9.0},
     "noise": {"rms": 1.0, "high": 20.0},
-    **{
-        kind: {"peak": 1.0, "length": 0.1, "repeat": 2, "every": 1.0}
-        for kind in ("half_sine", "triangular", "rectangular", "friedlander")
-    },
-}
+    **{kind: {"peak": 1.0, "length": 0.1, "repeat": 2, "every": 1.0}
+       for kind in ("half_sine", "triangular", "rectangular", "friedlander")},
+}  # fmt: skip
 NUMBERS_OF_LOADS = [
     *(("impulse", "scale")),
     *(f"{kind}.{setting.key}" for kind in ALL for setting in settings_of(ALL[kind]).values()),
@@ -407,13 +400,11 @@ def test_every_value_of_an_axis_is_checked_before_anything_is_computed(name):
         ("tone.omega", [1.0, 1e8], "cells of time; allowed: 1000000"),
     ],
 )
-@pytest.mark.parametrize("command", ["response-history --vary", "tuning --over"])
-def test_a_value_within_an_axis_of_a_load_is_refused(command, name, values, words, error_of):
+@pytest.mark.parametrize(("read", "key"), [(load_response_history, "vary"), (load_tuning, "over")])
+def test_a_value_within_an_axis_of_a_load_is_refused(read, key, name, values, words, error_of):
     kind = name.partition(".")[0]
-    load, key = {"load": {kind: LOADS[kind]}}, command.split("--")[1]
-    reads = {"vary": load_response_history, "over": load_tuning}
-    line = error_of(reads[key], "tmd", {**load, key: {name: {"values": values}}})
-    assert words in line
+    document = {"load": {kind: LOADS[kind]}, key: {name: {"values": values}}}
+    assert words in error_of(read, "tmd", document)
 
 
 def test_texts_that_are_no_number_and_uncertain_whole_numbers_are_refused(here, refusal, error_of):

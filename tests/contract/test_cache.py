@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numba
 import pytest
-from commands import printed, python, started
+from commands import ended, printed, started
 
 import nlds_vines
 from nlds_vines.kernels.numerics import stored_code
@@ -48,10 +48,7 @@ print(json.dumps({
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     """Return a folder with a copy of the package, and what it has compiled for `PROGRAM`."""
-    folder = tmp_path_factory.mktemp("copy")
-    for name in ("nlds_vines", "data", "scans"):
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    folder = copied(tmp_path_factory.mktemp("copy"))
     output = run(folder)
     assert "lanes.run_lanes" in output["compiled"]
     assert "lanes.judge_lanes" in output["compiled"]
@@ -61,14 +58,25 @@ def copy(tmp_path_factory):
 
 def run(folder):
     """Run `PROGRAM` in a copy of the package; return what it prints, and what it says beside."""
-    done = python(
-        "-B", "-c", PROGRAM, cwd=folder, PYTHONPATH=str(folder), NUMBA_DISABLE_JIT="0",
-        NUMBA_CACHE_DIR=str(folder / "cache"),
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    output = json.loads(done.stdout) | {"said": done.stderr}
+    status, out, err = ran(folder, "-B", "-c", PROGRAM, PYTHONPATH=str(folder))
+    assert status == 0, err
+    output = json.loads(out) | {"said": err}
     assert output["home"] == str(folder / "nlds_vines" / "kernels")
     return output
+
+
+def copied(folder):
+    """Copy the package into a folder, without what is compiled."""
+    for name in ("nlds_vines", "data", "scans"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    return folder
+
+
+def ran(folder, *words, **environment):
+    """Run Python in a folder, with a cache there; return its status, its output and its errors."""
+    cache = {"NUMBA_DISABLE_JIT": "0", "NUMBA_CACHE_DIR": str(folder / "cache")}
+    return ended(started(*words, cwd=folder, **cache | environment))
 
 
 @contextmanager
@@ -102,9 +110,7 @@ def test_a_change_is_seen_where_it_acts_compiles_nothing_else_and_removes_what_w
         assert not before & {path.name for path in (copy / "cache").rglob("verdict.*.compiled")}
     assert output["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
     assert "lanes.judge_lanes" in output["compiled"]
-    assert not [
-        name for name in output["compiled"] if name.startswith(("flight", "fours", "touch"))
-    ]
+    assert not any(name.startswith(("flight", "fours", "touch")) for name in output["compiled"])
     assert run(copy)["labels"] == ["T,0", "T,0"]
 
 
@@ -144,12 +150,13 @@ def test_a_damaged_cache_heals_itself(copy, which, kind):
 
 
 def test_a_stamp_is_that_of_a_module_and_of_what_it_imports():
-    flight = stored_code.read_source(b"from .touch import bound\ndef f(x):\n    return bound(x)")
-    assert flight[1] == ["bound", "touch"]
-    assert (
-        "fours" in stored_code.read_source(b"from nlds_vines.kernels.numerics import fours as f")[1]
-    )
-    assert stored_code.read_source(b"import math\nfrom numpy import pi")[1] == []
+    for source, names in {
+        b"from .touch import bound\ndef f(x):\n    return bound(x)": ["bound", "touch"],
+        b"import math\nfrom numpy import pi": [],
+    }.items():
+        assert stored_code.read_source(source)[1] == names
+    source = b"from nlds_vines.kernels.numerics import fours as f"
+    assert "fours" in stored_code.read_source(source)[1]
     stamps = {path.stem: stored_code.stamp_of(path) for path in stored_code.KERNELS.glob("*/*.py")}
     assert stamps["flight"] != stamps["verdict"] != stamps["touch"]
 
@@ -180,19 +187,17 @@ def blocked(tmp_path):
 
     A file in its place keeps even the superuser from writing one.
     """
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "nlds_vines", tmp_path / "nlds_vines", ignore=ignored)
+    copied(tmp_path)
     (tmp_path / "nlds_vines" / "kernels" / "__pycache__").touch()
     (tmp_path / "tmp").mkdir()
 
     def program(home, temporary, code=BLOCKED):
-        done = python(
-            "-B", "-c", code, cwd=tmp_path, NUMBA_CACHE_DIR="", NUMBA_DISABLE_JIT="0",
-            PYTHONPATH="", TMPDIR=str(temporary), HOME=str(home), XDG_CACHE_HOME=f"{home}/cache",
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        assert float(done.stdout) == pytest.approx(2.718281828459045, rel=1e-15)
-        return done.stderr
+        places = {"TMPDIR": str(temporary), "HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache"}
+        environment = {**places, "NUMBA_CACHE_DIR": "", "PYTHONPATH": ""}
+        status, out, err = ran(tmp_path, "-B", "-c", code, **environment)
+        assert status == 0, err
+        assert float(out) == pytest.approx(2.718281828459045, rel=1e-15)
+        return err
 
     return program
 
@@ -328,13 +333,6 @@ def test_a_user_without_a_home_and_a_relative_cache(monkeypatch):
 # ---- what a run does with what it finds, or does not find ----------------------------------------
 
 
-def finished(folder, *arguments, **changes):
-    """Run a command with a cache of its own; return its status and what it says of compiling."""
-    where = {"NUMBA_DISABLE_JIT": "0", "NUMBA_CACHE_DIR": str(folder / "cache"), **changes}
-    done = python("-m", "nlds_vines", *arguments, cwd=folder, **where)
-    return done.returncode, done.stderr
-
-
 SAYS = "compiling the equations of {} into machine code"
 
 
@@ -344,8 +342,8 @@ SAYS = "compiling the equations of {} into machine code"
     "tuning --system tmd --free k2=1000:1500 --generations 1 --polish 1",
 ])  # fmt: skip
 def test_what_is_compiled_under_a_load_is_said(tmp_path, task):
-    struck = ["--impulse", "1000", "--duration", "20", "-o", "a.h5"]
-    status, err = finished(tmp_path, *task.split(), *struck)
+    struck = "--impulse 1000 --duration 20 -o a.h5"
+    status, _, err = ran(tmp_path, "-m", "nlds_vines", *task.split(), *struck.split())
     assert status == 0, err
     assert SAYS.format(task.split()[2]) in err
 
@@ -353,12 +351,12 @@ def test_what_is_compiled_under_a_load_is_said(tmp_path, task):
 @pytest.mark.kernels
 def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
     scan = "bifurcation --system none --vary omega=6:7:2 --record section --transient 1 --periods 2"
-    words = [*scan.split(), "--overwrite", "-o", "a.h5"]
-    status, err = finished(tmp_path, *words)
+    words = "-m", "nlds_vines", *scan.split(), "--overwrite", "-o", "a.h5"
+    status, _, err = ran(tmp_path, *words)
     assert status == 0
     assert err.startswith(f"{SAYS.format('none')}, which is kept for later runs: about 12 s\n")
-    assert finished(tmp_path, *words) == (0, "")
-    assert finished(tmp_path, *words, "--quiet", NUMBA_OPT="2") == (0, "")
+    assert ran(tmp_path, *words)[::2] == (0, "")
+    assert ran(tmp_path, *words, "--quiet", NUMBA_OPT="2")[::2] == (0, "")
 
 
 @pytest.mark.kernels

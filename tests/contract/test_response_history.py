@@ -11,7 +11,6 @@ from scipy.integrate import quad
 from support import linear_flow
 
 import nlds_vines as nv
-from nlds_vines.archives.archive import read
 from nlds_vines.loads import run
 from nlds_vines.loads.picture import draw
 from nlds_vines.loads.request import load_response_history, natural_period
@@ -50,23 +49,22 @@ def free(name, times, *start):
     return (modes @ (parts[:, None] * np.exp(values[:, None] * times))).real
 
 
-def energy(times, v0):
-    p = nv.load_system("none").parameters
-    x, v = free("none", times, 0.0, v0)
-    return 0.5 * p["m1"] * v**2 + 0.5 * p["k1"] * x**2
-
-
 @pytest.mark.kernels
 def test_the_structure_alone_and_with_a_tmd_in_closed_form():
     histories = nv.response_history(["none", "tmd"], impulse=1000.0, **SHORT)
     fall, tmd = histories["none"], histories["tmd"]
-    np.testing.assert_allclose(fall.E1, energy(fall.time, 1.0), rtol=0, atol=1e-11 * 500)
+    p = nv.load_system("none").parameters
+
+    def energy(times):
+        x, v = free("none", times, 0.0, 1.0)
+        return 0.5 * p["m1"] * v**2 + 0.5 * p["k1"] * x**2
+
+    np.testing.assert_allclose(fall.E1, energy(fall.time), rtol=0, atol=1e-11 * 500)
     np.testing.assert_allclose(fall.x1, free("none", fall.time, 0.0, 1.0)[0], rtol=0, atol=1e-12)
     for share, last in zip(SHARES, fall.last, strict=True):
-        assert energy(last - 1e-9, 1.0) > share * 500.0
-        assert (energy(np.linspace(last + 1e-9, 20.0, 20000), 1.0) < share * 500.0).all()
+        assert energy(last - 1e-9) > share * 500.0
+        assert (energy(np.linspace(last + 1e-9, 20.0, 20000)) < share * 500.0).all()
     # the equivalent ratio of a structure alone is its own, but for where in a swing 10 % lies
-    p = nv.load_system("none").parameters
     zeta = p["c1"] / (2 * math.sqrt(p["k1"] * p["m1"]))
     assert fall.numbers["damping_ratio"] == pytest.approx(zeta, rel=0.05)
     x1, _, x2, _ = free("tmd", tmd.time, 0.0, 1.0, 0.0, 0.0)
@@ -75,6 +73,13 @@ def test_the_structure_alone_and_with_a_tmd_in_closed_form():
     mirrored = nv.response_history("tmd", impulse=-1000.0, **SHORT)["tmd"]
     np.testing.assert_array_equal(tmd.x1, -mirrored.x1)
     np.testing.assert_array_equal(tmd.E1, mirrored.E1)
+    # a free decay
+    decays = nv.response_history("none", start={"state": (0.1, 0.5)}, **SHORT)
+    fall = decays["none"]
+    assert decays.times == dict(zip(SHARES, fall.last, strict=True))
+    np.testing.assert_allclose(fall.x1, free("none", fall.time, 0.1, 0.5)[0], rtol=0, atol=1e-13)
+    assert fall.numbers["energy_in"] == 0.5 * p["m1"] * 0.25 + 0.5 * p["k1"] * 0.01
+    assert fall.numbers["balance"] < 1e-13
 
 
 @pytest.mark.kernels
@@ -96,19 +101,17 @@ def test_the_paper_s_dampers_under_a_blow(impulse, times):
         assert np.nansum(shares) < fall.numbers["energy_in"]
 
 
-def failed(request, cases, stop, tell=None):
-    """Return arrays of orbits of ssbl that failed, and invented ones of other systems."""
-    arrays = made_up(request, cases, stop)
-    if request.case(cases[0])[0].name == "ssbl":
-        arrays = {name: np.full_like(values, np.nan, float) for name, values in arrays.items()}
-        arrays["status"] = np.full(len(cases), max(STATUS))
-    return arrays
-
-
 @pytest.mark.parametrize("words", ["--system tmd", "", "--vary impulse=1:9:3"])
 def test_status_and_remedy_of_a_failed_damper_are_told(words, ask, refusal, here, monkeypatch):
-    remedy = STATUS[max(STATUS)].remedy
+    def failed(request, cases, *others):
+        arrays = made_up(request, cases, *others)
+        if request.case(cases[0])[0].name == "ssbl":
+            arrays = {name: np.full_like(values, np.nan, float) for name, values in arrays.items()}
+            arrays["status"] = np.full(len(cases), max(STATUS))
+        return arrays
+
     monkeypatch.setattr(run, "arrays_of", failed)
+    remedy = STATUS[max(STATUS)].remedy
     asked = f"response-history {words} --system ssbl --impulse 9 --duration 3 -o many.h5"
     out, err = ask(*asked.split(), status=1)
     assert remedy in out
@@ -148,6 +151,19 @@ def test_an_archive_is_written_drawn_opened_and_made_again(drawn_and_made_again)
     assert histories["ssul-set6"].numbers["impact_count"] >= 1
     with nv.read("a.h5") as view:
         assert "impulse_max" not in view  # no wall is rigid
+
+
+@pytest.mark.kernels
+def test_a_scan_holds_what_single_decays_tell(drawn_and_made_again):
+    varied = "--vary impulse=300:1000:2 --vary c1=400:452:2"
+    words = f"--system tmd --system ssul-set6 {varied} --duration 12"
+    histories = drawn_and_made_again(words, "x1_max")
+    assert histories["last_1"].shape == (2, 2, 2)
+    alone = nv.response_history("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)
+    single = alone["ssul-set6"]
+    for name in ("last_1", "x1_max", "share_c2", "impact_count", "stroke_max"):
+        assert histories[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
+    assert np.isnan(histories["impact_count"][0]).all()
 
 
 @pytest.mark.parametrize(
@@ -262,17 +278,6 @@ def test_bad_requests_get_one_line(document, words, error_of):
 
 
 @pytest.mark.kernels
-def test_a_free_decay_from_a_start():
-    histories = nv.response_history("none", start={"state": (0.1, 0.5)}, **SHORT)
-    fall = histories["none"]
-    assert histories.times == dict(zip(SHARES, fall.last, strict=True))
-    p = nv.load_system("none").parameters
-    np.testing.assert_allclose(fall.x1, free("none", fall.time, 0.1, 0.5)[0], rtol=0, atol=1e-13)
-    assert fall.numbers["energy_in"] == 0.5 * p["m1"] * 0.25 + 0.5 * p["k1"] * 0.01
-    assert fall.numbers["balance"] < 1e-13
-
-
-@pytest.mark.kernels
 def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
     system = nv.load_system("ssul-set6")
     last = 20 * system.period
@@ -314,29 +319,15 @@ def test_a_linear_structure_under_loads_obeys_duhamel_s_integral(load):
 
 
 @pytest.mark.kernels
-def test_a_scan_holds_what_single_decays_tell(drawn_and_made_again):
-    varied = "--vary impulse=300:1000:2 --vary c1=400:452:2"
-    words = f"--system tmd --system ssul-set6 {varied} --duration 12"
-    histories = drawn_and_made_again(words, "x1_max")
-    assert histories["last_1"].shape == (2, 2, 2)
-    alone = nv.response_history("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)
-    single = alone["ssul-set6"]
-    for name in ("last_1", "x1_max", "share_c2", "impact_count", "stroke_max"):
-        assert histories[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
-    assert np.isnan(histories["impact_count"][0]).all()
-
-
-@pytest.mark.kernels
 def test_no_number_depends_on_how_many_states_are_asked_for():
     """Last times, too: E1 may exceed a level between two states, and no scan asks for states."""
     blow = {"impulse": 300.0, "half_sine": {"peak": 5e3, "length": 0.4, "repeat": 2, "every": 1.0}}
     document = {"systems": ["tmd", "ssul-set6"], "load": blow}
-    scales = np.linspace(0.5, 3.0, 12)
-    vary = {"scale": {"values": scales.tolist()}}
-    scan = nv.response_history({**document, "vary": vary}, duration=30.0, quiet=True)
+    scales = np.linspace(0.5, 3.0, 12).tolist()
+    scan = nv.response_history({**document, **over(scale=scales)}, duration=30.0, quiet=True)
     for i, scale in enumerate(scales):
         for samples in (9, 64):
-            tables = {"load": {"scale": float(scale)}, "sampling": {"samples": samples}}
+            tables = {"load": {"scale": scale}, "sampling": {"samples": samples}}
             one = nv.response_history(document, duration=30.0, quiet=True, **tables)
             for j, fall in enumerate(one.results.values()):
                 for name in scan.numbers.keys() - {"balance"}:
@@ -346,13 +337,12 @@ def test_no_number_depends_on_how_many_states_are_asked_for():
 
 @pytest.mark.kernels
 def test_a_blow_that_brakes_counts_from_the_energy_before_it():
-    m1 = nv.load_system("none").parameters["m1"]
-    start = {"state": (0.0, 1.0)}
-    blow = {"impulse": -0.4 * m1, "start": start, "duration": 40.0}
-    fall = nv.response_history("none", **blow, quiet=True)["none"]
+    none = nv.load_system("none")
+    m1, period = none.parameters["m1"], natural_period(none)
+    blow = {"impulse": -0.4 * m1, "start": {"state": (0.0, 1.0)}, "duration": 40.0}
+    fall = nv.response_history(none, **blow, quiet=True)["none"]
     assert fall.numbers["E1max"] == 0.5 * m1
     assert fall.numbers["last_50"] == 0.0
-    period = natural_period(nv.load_system("none"))
     ratio = math.log(10.0) / (4 * math.pi * fall.numbers["last_10"] / period)
     assert fall.numbers["damping_ratio"] == pytest.approx(ratio, rel=1e-14)
 
@@ -368,13 +358,9 @@ def test_a_mass_without_a_spring_is_followed_for_one_cell_at_least():
 
 @pytest.mark.kernels
 def test_threads_and_blocks_leave_all_bits_as_they_are():
-    document = {
-        "systems": ["ssul-set6"],
-        "load": {"impulse": 1.0},
-        "vary": {"impulse": {"values": [300.0, 1000.0]}, "C": {"values": [0.02, 0.047, 0.1]}},
-        "sampling": {"duration": 12.0, "settle": 2.0},
-    }
-    request = load_response_history(document)
+    varied = over(impulse=(300.0, 1000.0), C=(0.02, 0.047, 0.1))
+    sampling = {"duration": 12.0, "settle": 2.0}
+    request = load_response_history("ssul-set6", {**BLOW, **varied, "sampling": sampling})
     use_threads(1)
     whole = arrays_of(request, range(6))
     use_threads(None)
@@ -399,8 +385,7 @@ def rms_of_tmd(mu, ratio, zeta, high=600.0):
     m1, k1 = 1000.0, 36000.0
     m2, k2 = mu * m1, mu * ratio**2 * k1
     c2, unit = 2 * zeta * math.sqrt(k2 * m2), math.pi / (k1 * math.sqrt(k1 * m1))
-    request = load_response_history({
-        "systems": ["tmd"],
+    request = load_response_history("tmd", {
         "set": {"m1": m1, "k1": k1, "c1": 0.0, "m2": m2, "k2": k2, "c2": c2},
         "load": {"noise": {"rms": 1.0, "high": high, "tones": 30000}},
         "sampling": {"duration": 1.0},
@@ -430,11 +415,10 @@ def test_the_variance_of_a_tmd_is_least_where_warburton_found_it(mu):
 def test_the_variance_under_noise_is_that_of_its_density(name):
     """Its mean over twenty seeds; of the structure alone it is pi S0 / (k c)."""
     system, high, seeds = nv.load_system(name), 30.0, 20
-    request = load_response_history({
-        "systems": [name],
+    request = load_response_history(name, {
         "load": {"noise": {"rms": 200.0, "high": high, "tones": 3000}},
-        "vary": {"noise.seed": {"values": list(range(1, seeds + 1))}},
         "sampling": {"duration": 600.0, "settle": 40.0, "samples": 16},
+        **over(**{"noise.seed": range(1, seeds + 1)}),
     })  # fmt: skip
     arrays, density = arrays_of(request, range(seeds)), density_of(request)
     size = len(system.scene.components)
@@ -501,22 +485,21 @@ def test_a_report_says_its_frame_its_records_and_until_when(here, answer, monkey
         assert "relative to the" in words[name], name
 
 
-def test_dampers_are_compared_in_a_table(here, answer, monkeypatch):
-    values = {"none": (0.2, 5.0, 900.0), "tmd": (0.1, 6.0, 450.0), "ssul-set6": (0.05, 20.0, 225.0)}
+def test_dampers_are_compared_in_a_table(here, monkeypatch):
+    nan = math.nan
+    names = "x1_max", "a1_max", "shear_max", "stroke_max", "force_max", "impulse_max"
+    values = {
+        "none": (0.2, 5.0, 900.0, nan, nan, nan), "tmd": (0.1, 6.0, 450.0, 0.3, nan, nan),
+        "ssul-set6": (0.05, 20.0, 225.0, 0.3, 4e3, nan),
+    }  # fmt: skip
 
-    def computed(request, cases, stop, tell=None):
-        arrays = made_up(request, cases, stop)
-        name = request.case(cases[0])[0].name
-        numbers = dict(zip(("x1_max", "a1_max", "shear_max"), values[name], strict=True))
-        numbers["stroke_max"] = math.nan if name == "none" else 0.3
-        numbers["force_max"] = 4e3 if name == "ssul-set6" else math.nan
-        numbers["impulse_max"] = math.nan
-        return {**arrays, **{name: np.array([value]) for name, value in numbers.items()}}
+    def computed(request, cases, *others):
+        peaks = values[request.case(cases[0])[0].name]
+        arrays = {name: np.array([peak]) for name, peak in zip(names, peaks, strict=True)}
+        return {**made_up(request, cases, *others), **arrays}
 
     monkeypatch.setattr(run, "arrays_of", computed)
-    dampers = "--system none --system tmd --system ssul-set6"
-    words = f"response-history {dampers} --impulse 9 --duration 3 -o r.h5 --quiet"
-    answer(*words.split())
+    nv.response_history([*values], impulse=9.0, duration=3.0, to="r.h5", quiet=True)
     histories = nv.open_archive("r.h5")
     *_, head, none, tmd, ssul = histories.lines()
     units = "x1_max [m] a1_max [m/s^2] stroke_max [m] force_max [N] shear_max [N]"
@@ -563,14 +546,12 @@ def test_a_table_of_dampers_with_restitution_has_impulses_and_says_what_is_missi
 
 @pytest.mark.parametrize("page", [ONE_COLUMN, TWO_COLUMNS])
 @pytest.mark.parametrize("shown", ["energy,shares", "motion,damper,peaks"])
-def test_a_legend_is_no_wider_than_the_panel_that_names_beside_bars_leave(
-    page, shown, here, monkeypatch
-):
+def test_a_legend_is_no_wider_than_the_panel_that_names_beside_bars_leave(page, shown, monkeypatch):
     monkeypatch.setattr(run, "arrays_of", made_up)
     titles = ["Structure", "With a TMD of 5 %", "Damper, design A", "Damper, design B", "Design C"]
     systems = [replace(nv.load_system("tmd"), name=t, title=t) for t in titles]
-    nv.response_history(systems, impulse=9.0, duration=3.0, to="wide.h5", quiet=True)
-    with read("wide.h5") as view:
+    histories = nv.response_history(systems, impulse=9.0, duration=3.0, quiet=True)
+    with histories.path.read() as view:
         figure = draw(view, shown.split(","), page)
     for axes in figure.axes:
         if legend := axes.get_legend():
@@ -579,13 +560,10 @@ def test_a_legend_is_no_wider_than_the_panel_that_names_beside_bars_leave(
 
 
 @pytest.mark.parametrize("letters", [9, 11])
-def test_a_legend_wraps_by_the_width_of_its_hinted_letters(here, monkeypatch, letters):
+def test_a_legend_wraps_by_the_width_of_its_hinted_letters(monkeypatch, letters):
     monkeypatch.setattr(run, "arrays_of", made_up)
-    tmd = nv.load_system("tmd").to_table()
-    systems = [{**tmd, "name": name, "title": letters * name} for name in "aeoun"]
-    histories = nv.response_history(
-        {"systems": systems}, load={"impulse": 9.0}, sampling={"duration": 3.0}, quiet=True
-    )
+    systems = [replace(nv.load_system("tmd"), name=a, title=letters * a) for a in "aeoun"]
+    histories = nv.response_history(systems, impulse=9.0, duration=3.0, quiet=True)
     figure = histories.plot("motion,damper,peaks")
     figure.draw_without_rendering()
     legend = figure.axes[0].get_legend()
@@ -596,7 +574,7 @@ def test_a_legend_wraps_by_the_width_of_its_hinted_letters(here, monkeypatch, le
     assert len(tops) == (1 if letters == 9 else 2)
 
 
-def test_what_does_not_move_is_said_to_be_at_rest(here, monkeypatch):
+def test_what_does_not_move_is_said_to_be_at_rest(monkeypatch):
     """Its energy is above no share of 0, and nothing dissipates any."""
 
     def at_rest(*arguments):

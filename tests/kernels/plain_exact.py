@@ -22,7 +22,7 @@ from nlds_vines.kernels.motion.flight import (
 from nlds_vines.kernels.scene.codes import SECTION
 from nlds_vines.kernels.scene.scene import Flight, scale_of
 from nlds_vines.kernels.watch import response
-from nlds_vines.kernels.watch.observe import energies, note_energy, powers_at
+from nlds_vines.kernels.watch.observe import energies, powers_at
 from nlds_vines.kernels.watch.touch import (
     CLEAR,
     CROSSED,
@@ -106,13 +106,10 @@ def test_a_certain_touch_is_found_to_round_off(sign):
 
 
 def test_a_touch_within_round_off_of_the_start_is_at_the_start():
-    for ahead in (0.0, 1e-17, 5e-17):
+    for ahead, place in ((0.0, 0.0), (1e-17, 0.0), (5e-17, 0.0), (1e-12, 1e-12)):
         p = 0.4 - ahead + X
-        grid, bounds = cell_of(p)
-        assert touch_of(grid, 1.0, 1.0, 0.4, state(p, 1.0), bounds) == 0.0
-    p = 0.4 - 1e-12 + X
-    grid, bounds = cell_of(p)
-    assert touch_of(grid, 1.0, 1.0, 0.4, state(p, 1.0), bounds) == pytest.approx(1e-12, rel=1e-3)
+        touch = touch_of(cell_of(p)[0], 1.0, 1.0, 0.4, state(p, 1.0), cell_of(p)[1])
+        assert touch == pytest.approx(place, rel=1e-3, abs=0.0)
 
 
 def test_steps_towards_a_touch_stay_in_the_piece():
@@ -152,9 +149,9 @@ def test_a_near_miss_of_either_wall():
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("degree", [5, 9, 12])
-def test_the_closest_of_many_misses(degree, sign):
-    """Some are as narrow as the bounds allow. Notices: longer steps than are safe."""
+@pytest.mark.parametrize(("degree", "within"), [(5, 1e-14), (9, 1e-10), (12, 1e-7)])
+def test_the_closest_of_many_misses(degree, within, sign):
+    """As good as sums of its powers are, some as narrow as bounds allow. Notices: unsafe steps."""
     rng = np.random.default_rng(degree)
     waves = Chebyshev.basis(degree).convert(kind=Polynomial)(2 * X - 1)
     for _ in range(60):
@@ -165,7 +162,7 @@ def test_the_closest_of_many_misses(degree, sign):
         grid, bounds = cell_of(sign * p)
         bend, jerk = bounds.bend, bounds.jerk
         best = nearest_miss(grid.table, 0.0, sign, 1.0, -np.inf, bend, jerk, False)
-        assert best == pytest.approx(max(tops), rel=1e-7)
+        assert best == pytest.approx(max(tops), rel=within)
 
 
 def test_no_root_is_proven_only_where_there_is_none():
@@ -179,20 +176,14 @@ def test_no_root_is_proven_only_where_there_is_none():
             if f0 > 0.0:
                 assert not response.proves_no_root(sign * f0, sign * (f0 + change), bend)
                 assert not response.proves_no_root(sign * (f0 + change), sign * f0, bend)
-    assert response.proves_no_root(0.1251, 0.1251, bend)
-    assert response.proves_no_root(1e-9, 1.0 + 1e-6, bend)
-    assert not response.proves_no_root(0.2, -0.2, bend)
-    assert not response.proves_no_root(0.0, 2.0, bend)
     # f(x) = 4 (x - 1/2)^2 - e has f'' = 8: its ends are 1 - e, and its least value is -e
-    for e in (0.5, 1e-3, -1e-3):
-        assert not response.proves_no_root(1.0 - e, 1.0 - e, 8.0) or e < 0.0
-    assert response.proves_no_root(1.0, 1.0, 7.9)
-    assert response.proves_no_root(
-        0.1, 9.0, 8.0
-    )  # it changes by more than its bend: it is monotone
-    assert not response.proves_no_root(0.1, 9.0, 9.0)
-    assert not response.proves_no_root(-1.0, 1.0, 0.0)
-    assert not response.proves_no_root(0.0, 1.0, 0.0)
+    for f0, f1, most, proven in (
+        (0.1251, 0.1251, bend, True), (1e-9, 1.0 + 1e-6, bend, True), (0.2, -0.2, bend, False),
+        (0.0, 2.0, bend, False), (0.5, 0.5, 8.0, False), (0.999, 0.999, 8.0, False),
+        (1.0, 1.0, 7.9, True), (0.1, 9.0, 8.0, True),  # it changes by more than its bend allows
+        (0.1, 9.0, 9.0, False), (-1.0, 1.0, 0.0, False), (0.0, 1.0, 0.0, False),
+    ):  # fmt: skip
+        assert bool(response.proves_no_root(f0, f1, most)) == proven
 
 
 @pytest.mark.parametrize("method", ["exact", "rk4"])
@@ -230,25 +221,6 @@ def random_cell(rng):
     y[3] = y[1] - y[3]
     cell_polynomial(grid, *y, math.cos(phase), math.sin(phase))
     return ps, damper, grid, (math.cos(phase), math.sin(phase)), y
-
-
-def test_the_largest_of_a_piece_are_those_of_its_samples():
-    inside, rising = np.zeros(2), np.zeros(2)
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        ps, damper, grid, _, y = random_cell(rng)
-        end = rng.uniform(0.1, 1.0)
-        sampled = np.array([energies(ps, damper, *at(grid.table, x)) for x in end * SAMPLES])
-        largest, energy = sampled.max(axis=0), np.array(energies(ps, damper, *y))
-        note_energy(ps, damper, energy, *at(grid.table, end))
-        response.note_peaks(ps, damper, energy, grid, end, BOTH)
-        assert (energy >= largest * (1 - 1e-13)).all(), seed
-        assert (energy <= largest * (1 + 1e-5)).all(), seed
-        inside += largest > sampled[[0, -1]].max(axis=0) * (1 + 1e-6)
-        rising += sampled.argmax(axis=0) == len(SAMPLES) - 1
-    # some of these peaks are inside and some at the end
-    assert (inside >= 1).all()
-    assert (rising >= 3).all()
 
 
 @pytest.mark.parametrize("which", range(4))

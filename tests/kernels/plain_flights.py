@@ -49,19 +49,15 @@ FORCED = {
 
 @pytest.mark.parametrize("k", range(2, 15))
 def test_bounds_from_the_polynomial_hold(k):
-    """Those of a power are reached at the end; no bound is less than what is reached."""
+    """Those of a power are reached at the end; those from the energy stay where they are less."""
     second, third = tightened(grid_with(X**k).table, np.inf, np.inf)
     assert (second, third) == (k * (k - 1.0), k * (k - 1.0) * (k - 2.0))
+    assert tightened(grid_with(X**k).table, 0.5, 0.25) == (0.5, min(0.25, third))
     mixed = Polynomial(np.random.default_rng(k).normal(size=k + 1))
     second, third = tightened(grid_with(mixed).table, np.inf, np.inf)
     assert np.abs(mixed.deriv(2)(PLACES)).max() <= second * (1 + 1e-12)
     if k > 2:
         assert np.abs(mixed.deriv(3)(PLACES)).max() <= third * (1 + 1e-12)
-
-
-def test_bounds_from_the_energy_stay_where_they_are_less():
-    table = grid_with(X + 2 * X**2 + 3 * X**3).table
-    assert tightened(table, 0.5, 0.25) == (0.5, 0.25)
 
 
 NEAR, FAR = HertzWall(0.1, 1e7, 1e5, 1.0), HertzWall(0.05, 1e7, 1e5, 1.0)
@@ -388,27 +384,21 @@ def test_bounds_from_rest_hold_over_four_cells(changes, phase):
         assert (largest <= np.array(bounds[:3]) * (1 + 1e-12)).all()
 
 
-def test_each_part_of_the_bounds_is_needed():
-    """The bounds of the forcing are reached: with less of it they would not hold."""
+@pytest.mark.parametrize("scale", [0.0, 3.0])
+def test_each_part_of_the_bounds_is_needed(scale):
+    """From rest, those of the forcing are reached: with less of it they would not hold."""
     ps, damper = parts_of(c1=0.0, c2=0.0)
     grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
-    bend, jerk, fourth, *_ = flights.bounds_of(ps, grid, 0.0)
-    by_force = ps.omega**2 * ps.force
-    h2 = grid.h * grid.h
-    assert largest_derivatives({"c1": 0.0, "c2": 0.0}, 0.0, 1)[0] == pytest.approx(bend)
-    assert bend == pytest.approx(ps.force * h2, rel=1e-14)
-    assert jerk == pytest.approx((grid.bend * grid.push + ps.omega * ps.force) * h2 * grid.h)
-    second = 2 * grid.rate * grid.push
-    assert fourth == pytest.approx((grid.bend * second + by_force) * h2 * h2)
-    bend, jerk, fourth, energy, _ = flights.bounds_of(ps, grid, 3.0)
-    first = 3.0 * grid.rate + grid.push
+    bend, jerk, fourth, energy, _ = flights.bounds_of(ps, grid, scale)
+    first = scale * grid.rate + grid.push
     second = grid.rate * (first + grid.push)
-    assert bend == pytest.approx((3.0 * grid.bend + ps.force) * h2)
-    assert jerk == pytest.approx((grid.bend * first + ps.omega * ps.force) * h2 * grid.h)
-    assert fourth == pytest.approx((grid.bend * second + by_force) * h2 * h2)
     third = grid.rate * (second + grid.rate * grid.push)
     last = grid.rate * (third + grid.rate**2 * grid.push)
-    leibniz = 3.0 * last + 4.0 * first * third + 3.0 * second**2
+    h2 = grid.h * grid.h
+    assert bend == pytest.approx((scale * grid.bend + ps.force) * h2, rel=1e-14)
+    assert jerk == pytest.approx((grid.bend * first + ps.omega * ps.force) * h2 * grid.h)
+    assert fourth == pytest.approx((grid.bend * second + ps.omega**2 * ps.force) * h2 * h2)
+    leibniz = scale * last + 4.0 * first * third + 3.0 * second**2
     assert energy == pytest.approx(leibniz * h2 * h2)
 
 
@@ -561,19 +551,9 @@ def test_a_cell_is_searched_from_where_and_up_to_where_it_is_told():
     assert touch(roots, x=0.45) == pytest.approx(0.6, abs=1e-12)
 
 
-def nearest(p, best=-np.inf, end=1.0, sign=1.0):
-    cell, bend, jerk = cell_with(sign * p)
-    return nearest_miss(cell, 0.0, sign, end, best, bend, jerk, False)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_nearest_miss_of_several(sign):
-    p = Polynomial.fromroots((0.1, 0.35, 0.6, 0.9))
-    turns = p.deriv().roots()
-    p = -p
-    tops = [p(x) for x in turns if p.deriv(2)(x) < 0]
-    assert len(tops) == 2
-    assert nearest(p, -1.0, sign=sign) == pytest.approx(max(tops), abs=1e-15)
+def nearest(p, best, end=1.0):
+    cell, bend, jerk = cell_with(p)
+    return nearest_miss(cell, 0.0, 1.0, end, best, bend, jerk, False)
 
 
 def test_only_a_miss_that_has_turned_and_is_closer_counts():

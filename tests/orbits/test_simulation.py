@@ -36,10 +36,8 @@ def assert_as_twin(numbers, start, periods, options, bound=1e-8):
     assert set(impacts["wall"]) <= {"obstacle"}
     over = ~np.isnan(impacts["release"])  # the deepest point of the others is still to come
     for column, name in enumerate(("touch", "release", "speed", "depth"), start=1):
-        compared = over if name == "depth" else slice(None)
-        np.testing.assert_allclose(
-            impacts[name][compared], rows[compared, column], rtol=0, atol=bound
-        )
+        which = over if name == "depth" else slice(None)
+        np.testing.assert_allclose(impacts[name][which], rows[which, column], rtol=0, atol=bound)
     force = numbers["K"] * impacts["depth"] ** 1.5
     np.testing.assert_allclose(impacts["force"], force, rtol=1e-12)
     return orbit
@@ -53,7 +51,6 @@ def shortened(numbers, r, v1=0.0, s=0.0):
 @both_methods
 @pytest.mark.parametrize("K", [1e3, 1e5, 1.6e11])
 def test_impacts_as_the_twin_sees_them(K, options):
-    """From soft contacts that last most of a period to steel."""
     numbers = {**SET6, "K": K}
     orbit = assert_as_twin(numbers, shortened(numbers, 0.0), 8, options, bound=1e-7)
     assert len(orbit.impacts) >= 5
@@ -187,10 +184,7 @@ def test_fixed_steps_beyond_their_stability_are_refused():
         ({"method": "rk4", "period_steps": 3}, "period_steps = 3; allowed: 4 to 1e6"),
         ({"system": "tmd", "record": ("impacts",)}, "no wall"),
         ({"system": "tmd", "record": ("clearance",)}, "no wall"),
-        (
-            {"law": "restitution", "e": 0.5, "start": (0.0, 0.0, 0.05, 0.0)},
-            "0.05 m inside the obstacle, which is rigid",
-        ),
+        ({"law": "restitution", "e": 0.5, "start": (0, 0, 0.05, 0)}, "0.05 m inside the obstacle"),
         (  # each wall is judged by its own law
             {"system": "ssbl", "law_2": "restitution", "e_2": 0.7, "start": (0.0, 0.0, -0.1, 0.0)},
             "0.1 m inside the structure, which is rigid",

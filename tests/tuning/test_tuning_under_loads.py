@@ -322,17 +322,16 @@ def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", ["last_1", "x1_max", "share_c1"])
 def test_the_objective_is_the_worst_decay(name):
-    over = {"impulse": {"values": [300.0, 1000.0]}}
-    tuning = load_tuning("ssul-set6", {**BLOW, "over": over, "search": {"objective": name}})
+    impulses, search = (300.0, 1000.0), {"objective": name}
+    tuning = load_tuning("ssul-set6", {**BLOW, "over": {"impulse": impulses}, "search": search})
     points = np.array([[500.0, 80.0, 0.1], [900.0, 60.0, 0.05]])
     results = Objective(tuning).results(at_rest(points))
     for row, (k2, c2, C) in zip(results, points, strict=True):
         system = nv.load_system("ssul-set6", k2=k2, c2=c2, C=C)
-        numbers = [
-            nv.response_history(system, impulse=i, duration=12.0, quiet=True)
-            for i in (300.0, 1000.0)
+        falls = [
+            nv.response_history(system, impulse=i, duration=12.0, quiet=True) for i in impulses
         ]
-        values = [next(iter(one.results.values())).numbers[name] for one in numbers]
+        values = [fall["ssul-set6"].numbers[name] for fall in falls]
         assert row[0] == pytest.approx(max(values), rel=1e-11)
         assert row[3] == int(np.argmax(values))
 
@@ -381,8 +380,8 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
     assert [first.best.nominal, first.best.mean, first.best.quantile] == columns
     assert first.best.searched == first.best.mean
     assert first.best.worst >= first.best.searched
-    assert "1024 draws that the search did not have" in "\n".join(first.lines())
     text = "\n".join(first.lines())
+    assert "1024 draws that the search did not have" in text
     assert "judged by the mean of last_1 over 2 draws of k1 ±3 % (normal): as given" in text
     assert "last_1 [s]" in text
     with warnings.catch_warnings():

@@ -16,7 +16,6 @@ from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
 from nlds_vines.kernels.motion import flight as flights
 from nlds_vines.kernels.numerics.roots import SLOPE_ERROR, VALUE_ERROR, highest, only_rises
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
 from nlds_vines.kernels.scene.scene import (
     Flight,
     Parts,
@@ -139,15 +138,17 @@ def prepared(**changes):
     return flight_parts(**{**FORCED, **changes})
 
 
-def derivatives_of(ps, damper, grid, y, phase):
-    """Return the second, third and fourth derivative of r by the place in a cell, in size.
-
-    And the fourth of E1, the fourth of E2.
-    """
+def expanded(ps, damper, grid, y, phase):
+    """Return the terms of (x1, v1, r, s) by the place in a cell, a row each."""
     out = np.zeros(flights.TERMS)
     flights.expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
-    terms = out.reshape(flights.ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
-    x1, v1, r, s = terms.T
+    return out.reshape(flights.ORDER + 1, 4).T
+
+
+def derivatives_of(*cell):
+    """Return the second, third and fourth derivative of r, and the fourth of E1 and of E2."""
+    ps, damper, *_ = cell
+    x1, v1, r, s = expanded(*cell)[:, :5] * [1.0, 1.0, 2.0, 6.0, 24.0]
 
     def fourth(a):  # derivative of a^2 / 2, by Leibniz' rule
         return a[0] * a[4] + 4 * a[1] * a[3] + 3 * a[2] ** 2
@@ -204,10 +205,8 @@ def test_bounds_of_what_only_the_force_moves_are_reached():
     assert slope[1] == pytest.approx(bounds.jerk, rel=1e-12)
     assert crest[2] == pytest.approx(bounds.fourth, rel=1e-12)
     assert grid.rate == ps.omega  # each derivative of the forcing is that much larger
-    push, omega, h = ps.force * math.sqrt(ps.m1), ps.omega, grid.h
-    first, second, third = push, 2 * omega * push, 3 * omega**2 * push  # derivatives of u at u = 0
-    assert bounds.energy == pytest.approx((4 * first * third + 3 * second**2) * h**4)
-    assert slope[3] == pytest.approx(3 * (omega * push) ** 2 * h**4)
+    push = ps.force * math.sqrt(ps.m1)
+    assert slope[3] == pytest.approx(3 * (ps.omega * push) ** 2 * grid.h**4)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -224,10 +223,9 @@ def test_the_damper_has_a_bound_of_its_own(seed):
         y, phase = (x1, v1, r, v1 - v2), rng.uniform(0, 2 * np.pi)
         scale = scale_of(ps, damper, *y) + grid.h * grid.push
         bound = damper_bound(grid, scale, energies(ps, damper, *y)[1]) * (1 + 1e-9)
-        out = np.zeros(flights.TERMS)
-        flights.expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+        terms = expanded(ps, damper, grid, y, phase)
         for x in (0.0, 0.3, 0.7, 1.0):
-            there = out.reshape(flights.ORDER + 1, 4).T @ x ** np.arange(flights.ORDER + 1)
+            there = terms @ x ** np.arange(flights.ORDER + 1)
             angle = phase + x * grid.h * ps.omega
             assert derivatives_of(ps, damper, grid, there, angle)[4] <= bound
 
@@ -347,40 +345,24 @@ def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
     )
 
 
-def largest_derivatives(changes, phase, cells):
-    """Return the largest second, third and fourth derivative of r from rest over some cells."""
-    ps, damper = parts_of(**changes)
-    grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
-    largest, y = np.zeros(3), (0.0,) * 4
-    for j in range(cells):
-        angle = phase + j * grid.h * ps.omega
-        flights.cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
-        series = np.polynomial.Polynomial(grid.table[42:102:4])
-        x = np.linspace(0, 1, 41)
-        largest = np.maximum(largest, [np.abs(series.deriv(n)(x)).max() for n in (2, 3, 4)])
-        y = flights.at(grid.table, 1.0)
-    return largest
-
-
-CASES = [
-    {},
-    {"c1": 0.0, "c2": 0.0},
-    {"c1": 2e4, "omega": 40.0},
-    {"c2": 2e3, "omega": 20.0},
-    {"k1": 1e6, "omega": 3.0},
-]
-
-
-@pytest.mark.parametrize("changes", CASES)
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"c1": 0.0, "c2": 0.0}, {"c1": 2e4, "omega": 40.0}, {"c2": 2e3, "omega": 20.0},
+     {"k1": 1e6, "omega": 3.0}],
+)  # fmt: skip
 @pytest.mark.parametrize("phase", [0.0, 0.7, 1.5707963, 2.6])
 def test_bounds_from_rest_hold_over_four_cells(changes, phase):
     """From rest the forcing alone bends the motion. Notices: its push, or its part, left out."""
     ps, damper = parts_of(**changes)
     grid = flights.grid_from(ps, damper, 64, flights.PERIOD)
-    for cells in (1, 4):
-        scale = grid.push * grid.h * cells
-        bounds = flights.bounds_of(ps, grid, scale)
-        largest = largest_derivatives(changes, phase, cells)
+    largest, y = np.zeros(3), (0.0,) * 4
+    for j in range(4):
+        angle = phase + j * grid.h * ps.omega
+        flights.cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
+        series = Polynomial(grid.table[42:102:4])
+        largest = np.maximum(largest, [np.abs(series.deriv(n)(PLACES)).max() for n in (2, 3, 4)])
+        y = flights.at(grid.table, 1.0)
+        bounds = flights.bounds_of(ps, grid, grid.push * grid.h * (j + 1))
         assert (largest <= np.array(bounds[:3]) * (1 + 1e-12)).all()
 
 
@@ -402,7 +384,7 @@ def test_each_part_of_the_bounds_is_needed(scale):
     assert energy == pytest.approx(leibniz * h2 * h2)
 
 
-@pytest.mark.parametrize(("clearance", "event"), [(1e-9, SECTION), (-1e-9, TOUCH_NEAR)])
+@pytest.mark.parametrize(("clearance", "event"), [(1e-9, codes.SECTION), (-1e-9, codes.TOUCH_NEAR)])
 def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event):
     """A free damper on a structure in resonance: r = P t sin(omega t) / (2 m1 omega) from rest.
 
@@ -419,7 +401,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     flight = Flight(None, ps, damper, wall, None, grid)
     flown = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
     assert flown[0] == event
-    if event == TOUCH_NEAR:
+    if event == codes.TOUCH_NEAR:
         assert (flown[1] + flown[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)
 
 

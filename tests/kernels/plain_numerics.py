@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from nlds_vines.kernels.impact import arc, impact
-from nlds_vines.kernels.impact import arc as arc_table
 from nlds_vines.kernels.numerics.matrices import LOG, eigenvalues, fill_multipliers, spectral_radius
 
 SPACING = 2.0**-52
@@ -108,8 +107,7 @@ def test_special_matrices():
 
 
 ROUND_OFF = 2.0**-53
-ROWS, LEVEL = arc_table.NODES, arc_table.LEVEL
-NODES = (2, 3, 5, 12, 16, 28)
+ROWS, LEVEL = arc.NODES, arc.LEVEL
 LENGTH = 2 * mpmath.beta(mpmath.mpf(2) / 5, 0.5) / 5  # integral of u over the impact
 LOST = mpmath.beta(mpmath.mpf(2) / 5, 1.5) / 5  # what a unit of drag takes from b
 MADE = [2, 3, 4, 5, 8, 12, 16, 20, 24, 28, 60]
@@ -121,44 +119,31 @@ def _many_digits():
         yield
 
 
-def true_points(n):
-    near = np.polynomial.legendre.leggauss(n)[0]
-    return [mpmath.findroot(lambda x: mpmath.legendre(n, x), float(x)) for x in near]
-
-
-def true_legendre(x, n):
-    values = [mpmath.mpf(1), x]
-    for k in range(1, n):
-        values.append(((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1))
-    return values[: n + 1]
-
-
-def true_integration(n, ends):
-    """Return (weights, matrix) of Gauss points, from -1 to each of `ends`."""
-    at_points = [true_legendre(x, n) for x in true_points(n)]
-    weights = [2 / mpmath.fsum((2 * k + 1) * p[k] ** 2 for k in range(n)) for p in at_points]
-    rows = []
-    for end in ends:
-        e = true_legendre(mpmath.mpf(end), n)
-        rest = [mpmath.fsum((e[k + 1] - e[k - 1]) * p[k] for k in range(1, n)) for p in at_points]
-        rows.append([w / 2 * (end + 1 + sum) for w, sum in zip(weights, rest, strict=True)])
-    return weights, rows
-
-
 def error(computed, true):
     pairs = zip(np.ravel(computed).tolist(), np.ravel(np.array(true, dtype=object)), strict=True)
     return max(float(abs(value - there)) for value, there in pairs)
 
 
-@pytest.mark.parametrize("n", NODES)
+def legendre(x, n):
+    return [mpmath.legendre(k, x) for k in range(n + 1)]
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 12, 16, 28])
 def test_points_weights_and_integrals(n):
-    x = arc.gauss_points(n)
-    assert error(x, true_points(n)) <= ROUND_OFF
+    """Weights, and integrals from -1 to each point and end, as sums of Legendre polynomials."""
+    x, near = arc.gauss_points(n), np.polynomial.legendre.leggauss(n)[0].tolist()
+    points = [mpmath.findroot(lambda x: mpmath.legendre(n, x), place) for place in near]
+    assert error(x, points) <= ROUND_OFF
     assert (x == -x[::-1]).all()
-    ends = (*true_points(n), mpmath.mpf(0), mpmath.mpf(1))
-    weights, matrix = true_integration(n, ends)
+    at_points = [legendre(point, n) for point in points]
+    weights = [2 / mpmath.fsum((2 * k + 1) * p[k] ** 2 for k in range(n)) for p in at_points]
     assert error(arc.gauss_weights(x), weights) <= 3 * ROUND_OFF
-    assert error(arc.integration_matrix(x, np.array([*x, 0.0, 1.0])), matrix) <= 4 * ROUND_OFF
+    rows = []
+    for end in (*points, 0, 1):
+        e = legendre(end, n)
+        rest = [mpmath.fsum((e[k + 1] - e[k - 1]) * p[k] for k in range(1, n)) for p in at_points]
+        rows.append([w / 2 * (end + 1 + sum) for w, sum in zip(weights, rest, strict=True)])
+    assert error(arc.integration_matrix(x, np.array([*x, 0.0, 1.0])), rows) <= 4 * ROUND_OFF
 
 
 def test_constants():
@@ -198,7 +183,7 @@ def rows_of(n, part=LEVEL.whole):
     after = nodes.at + (ROWS.matrix + n) * nodes.m
     wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
     assert not wide[:, n:].any()
-    missed = nodes.w[after : after + 3 * arc_table.MISSED].reshape(3, -1).T
+    missed = nodes.w[after : after + 3 * arc.MISSED].reshape(3, -1).T
     return wide[:, :n], missed
 
 
@@ -232,12 +217,12 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
     made, choices = arc.make_arc(tolerance), arc.choices_for(tolerance)
     assert made.levels == len(choices) == len(arc.CHOICES) - (tolerance < arc.COARSE)
     for level, (n, errors) in enumerate(choices.items()):
-        row = arc_table.ARC.levels + arc_table.LEVEL_ROW * level
+        row = arc.ARC.levels + arc.LEVEL_ROW * level
         assert tuple(made.table[[row + LEVEL.error, row + LEVEL.half_error]]) == errors
         for part in (LEVEL.whole, LEVEL.half):
             nodes = impact.nodes_of(made, level, part)
             assert nodes.n == n
-            long = (ROWS.matrix + n) * nodes.m + 3 * arc_table.MISSED
+            long = (ROWS.matrix + n) * nodes.m + 3 * arc.MISSED
             rows, missed = rows_of(n, part)
             weights = nodes.w[nodes.at : nodes.at + long]
             end = (ROWS.matrix + n) * nodes.m
@@ -250,7 +235,7 @@ def test_what_an_arc_takes():
         with pytest.raises(ValueError, match=f"nodes = {n}: an arc takes 2 to 60 colloc"):
             arc.make_arc(nodes=n)
     assert arc.make_arc(1e-9).tolerance == arc.make_arc().tolerance == 1e-9
-    assert arc.make_arc(1e-6).settled == 1e-6 * arc_table.SETTLED
+    assert arc.make_arc(1e-6).settled == 1e-6 * arc.SETTLED
     one, other = arc.make_arc(1e-6), arc.make_arc(1e-6)
     assert one.table is not other.table  # scratch of its own
     np.testing.assert_array_equal(one.table, other.table)

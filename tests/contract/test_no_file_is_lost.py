@@ -22,19 +22,15 @@ def here(here):
     return here
 
 
+ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves")
 WRITERS = {  # what writes a file that is no archive: the command, and the file's name in its place
     "report": ["report", "a.h5", "-o", "{}.html"],
     "plot": ["plot", "a.h5", "-o", "{}.png"],
     "export": ["export", "a.h5", "-o", "{}.csv"],
     "portrait": ["portrait", "--plot", "{}.png"],
     "accuracy, its picture": ["accuracy", "--plot", "{}.png"],
-    "bifurcation, its picture": ["bifurcation", "-o", "n.h5", "--plot", "{}.png"],
-    "transients, its picture": ["transients", "-o", "n.h5", "--plot", "{}.png"],
-    "tuning, its picture": ["tuning", "-o", "n.h5", "--plot", "{}.png"],
-    "continuation, its picture": ["continuation", "-o", "n.h5", "--plot", "{}.png"],
-    "curves, their picture": ["response-curves", "-o", "n.h5", "--plot", "{}.png"],
+    **{f"{task}, its picture": [task, "-o", "n.h5", "--plot", "{}.png"] for task in ARCHIVERS},
 }
-ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves")
 
 
 @pytest.fixture

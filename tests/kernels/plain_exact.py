@@ -211,13 +211,13 @@ SAMPLES = np.linspace(0.0, 1.0, 2001)
 BOTH = 3  # bodies
 
 
-def random_cell(rng):
+def random_cell(rng, slow=0.05):
     """Return structure, damper, grid with an expanded cell, (cos, sin) at its start, its state."""
     numbers = {name: value * 10.0 ** rng.uniform(-1, 1) for name, value in FORCED.items()}
     ps, damper, grid = flight_parts(**numbers)
     phase = rng.uniform(0, 2 * np.pi)
     y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
-    y *= rng.choice([0.05, 1.0], 4)  # a slow body may turn round
+    y *= rng.choice([slow, 1.0], 4)  # a slow body may turn round
     y[3] = y[1] - y[3]
     cell_polynomial(grid, *y, math.cos(phase), math.sin(phase))
     return ps, damper, grid, (math.cos(phase), math.sin(phase)), y
@@ -336,12 +336,9 @@ def largest_in(ps, damper, grid, y, angle, length):
 
 def flights(seed):
     """Yield pieces of a random orbit behind a rigid wall: as `fly` notes them, and as they are."""
-    rng = np.random.default_rng(seed)
-    numbers = {name: value * 10.0 ** rng.uniform(-1, 1) for name, value in FORCED.items()}
-    ps, damper, grid = flight_parts(**numbers)
-    y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
-    y = (y[0], y[1], -abs(y[2]), y[1] - y[3])
-    wall = hertz_wall_at(0.3 * abs(y[2]), damper.inv_mu, kernel_cell(**numbers, K=1e7))
+    ps, damper, grid, _, y = random_cell(np.random.default_rng(seed), 1.0)
+    y = (y[0], y[1], -abs(y[2]), y[3])
+    wall = hertz_wall_at(0.3 * abs(y[2]), damper.inv_mu, kernel_cell(K=1e7))
     energy, truth = np.zeros(2), np.zeros(2)
     j, x, cells = 0, 0.0, 0
     while cells < 25:

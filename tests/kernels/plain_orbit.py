@@ -20,7 +20,6 @@ from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
 from nlds_vines.kernels.motion.load_cells import LOAD_ROW, sums_of
-from nlds_vines.kernels.numerics import matrices
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
 from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
@@ -147,13 +146,6 @@ def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, n
         assert violation[1] == pytest.approx(beyond, rel=1e-12)
     else:
         assert violation[1] > 1.5 * beyond
-
-
-def test_elimination_exchanges_rows_for_a_small_pivot():
-    """Without, 1e-20 as pivot would leave no digit of the first unknown."""
-    right = np.array([[1.0], [3.0]])
-    assert matrices.solve(np.array([[1e-20, 1.0], [1.0, 2.0]]), right)
-    np.testing.assert_allclose(right, [[1.0], [1.0]], rtol=1e-12)
 
 
 def test_a_contact_lasts_from_its_touch_to_its_release():

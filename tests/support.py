@@ -16,8 +16,10 @@ from nlds_vines.kernels.motion.flight import (
     COEF,
     PERIOD,
     TAYLOR,
+    TERMS,
     Grid,
     cells_of,
+    expand,
     grid_from,
     rate_of,
 )
@@ -173,6 +175,13 @@ def flight_parts(**numbers):
     cell = kernel_cell(**numbers)
     ps, damper = structure_under(None, cell), damper_in(cell)
     return ps, damper, grid_from(ps, damper, cells_of(ps, damper), PERIOD)
+
+
+def expanded(ps, damper, grid, y, phase):
+    """Return the terms of (x1, v1, r, s) by the place in a cell, a row each."""
+    out = np.zeros(TERMS)
+    expand(ps, damper, grid.h, np.array([*y, np.cos(phase), np.sin(phase)]), out, 0)
+    return out.reshape(-1, 4).T
 
 
 def grid_with(p, h=0.1):

@@ -5,20 +5,11 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev, Polynomial
-from support import NOTHING, flight_parts, grid_with, kernel_cell, system_of
+from support import NOTHING, expanded, flight_parts, grid_with, kernel_cell, system_of
 
 from nlds_vines.kernels.events.exact import fly, note_misses
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
-from nlds_vines.kernels.motion.flight import (
-    OF_E2,
-    ORDER,
-    TERMS,
-    Bounds,
-    at,
-    bounds_of,
-    cell_polynomial,
-    expand,
-)
+from nlds_vines.kernels.motion.flight import OF_E2, Bounds, at, bounds_of, cell_polynomial
 from nlds_vines.kernels.scene.codes import SECTION
 from nlds_vines.kernels.scene.scene import Flight, scale_of
 from nlds_vines.kernels.watch import response
@@ -322,9 +313,7 @@ def test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected(softer):
 
 def largest_in(ps, damper, grid, y, angle, length):
     """Return the largest E1 and E2 over a flight of `length` cells from y, and its end."""
-    out = np.zeros(TERMS)
-    expand(ps, damper, grid.h, np.array([*y, math.cos(angle), math.sin(angle)]), out, 0)
-    x1, v1, r, s = (Polynomial(c) for c in out.reshape(ORDER + 1, 4).T)
+    x1, v1, r, s = map(Polynomial, expanded(ps, damper, grid, y, angle))
     values = []
     for e in (ps.m1 * v1**2 + ps.k1 * x1**2, damper.m2 * (v1 - s) ** 2 + damper.k2 * (x1 - r) ** 2):
         turns = e.deriv().roots()

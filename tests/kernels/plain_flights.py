@@ -9,34 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
-from support import NOTHING, flight_parts, grid_with, kernel_cell
+from support import NOTHING, contact_parts, expanded, flight_parts, grid_with, kernel_cell
 
 from nlds_vines.kernels.events.exact import fly, may_hold_a_miss, proves_no_touch, touch_in
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
 from nlds_vines.kernels.motion import flight as flights
 from nlds_vines.kernels.numerics.roots import SLOPE_ERROR, VALUE_ERROR, highest, only_rises
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene.scene import (
-    Flight,
-    Parts,
-    accelerations,
-    allowed,
-    damper_in,
-    scale_of,
-    structure_under,
-)
+from nlds_vines.kernels.scene.scene import Flight, Parts, accelerations, allowed, scale_of
 from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch import touch as walks
 from nlds_vines.kernels.watch.observe import energies
 from nlds_vines.kernels.watch.response import damper_bound
-from nlds_vines.kernels.watch.touch import (
-    LOST,
-    NOWHERE,
-    first_touch,
-    nearest_miss,
-    note_limit,
-    tightened,
-)  # fmt: skip
+from nlds_vines.kernels.watch.touch import NOWHERE, first_touch, nearest_miss, note_limit, tightened
 
 PLACES = np.linspace(0.0, 1.0, 201)
 X = Polynomial([0.0, 1.0])
@@ -125,24 +110,16 @@ def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
     monkeypatch.setattr(walks, "LONGEST_WALK", 1)
     for p in (graze, touch):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
-        assert (place, event) == (LOST, codes.ASTRAY)
+        assert (place, event) == (walks.LOST, codes.ASTRAY)
 
 
 def parts_of(**changes):
-    cell = kernel_cell(**{**FORCED, **changes})
-    return structure_under(None, cell), damper_in(cell)
+    return contact_parts(**{**FORCED, **changes})[:2]
 
 
 def prepared(**changes):
     """Return structure, damper and the grid of a period."""
     return flight_parts(**{**FORCED, **changes})
-
-
-def expanded(ps, damper, grid, y, phase):
-    """Return the terms of (x1, v1, r, s) by the place in a cell, a row each."""
-    out = np.zeros(flights.TERMS)
-    flights.expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
-    return out.reshape(flights.ORDER + 1, 4).T
 
 
 def derivatives_of(*cell):
@@ -396,8 +373,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     grid = flights.grid_from(ps, damper, 11, flights.PERIOD)
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
-    cell = kernel_cell(**{**FORCED, "K": 1e7})
-    wall = hertz_wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
+    wall = hertz_wall_at(highest * (1 + clearance), damper.inv_mu, kernel_cell(K=1e7))
     flight = Flight(None, ps, damper, wall, None, grid)
     flown = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
     assert flown[0] == event
@@ -503,11 +479,7 @@ TOUCHES = {  # an excess, and where it is first zero, to how much
     "within the end of the cell": (X - 1 + 1e-9, 1 - 1e-9, 1e-14),
     "beyond the end of the cell": (X - 1 - 1e-9, NOWHERE),
     **{
-        f"ever faster, {b:g} x^2 + x = 1": (
-            b * X**2 + X - 1,
-            2.0 / (1.0 + np.sqrt(1 + 4 * b)),
-            1e-12,
-        )
+        f"ever faster, {b:g} x^2": (b * X**2 + X - 1, 2.0 / (1.0 + np.sqrt(1 + 4 * b)), 1e-12)
         for b in (0.5, 4.0, 40.0, 400.0)  # Newton's step from below would pass the root
     },
     "on the wall, moving in ever slower": (X - X**2, 0.0),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.signal import lfilter
-from support import NOTHING, kernel_cell, linear_flow
+from support import NOTHING, flight_parts, kernel_cell, linear_flow
 
 from nlds_vines import IntegrationError, load_system, simulate
 from nlds_vines.kernels.cells import load_numbers
@@ -18,21 +18,13 @@ from nlds_vines.kernels.cells.verdict import digits_of, mean_and_width
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
+from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.motion.load_cells import LOAD_ROW, sums_of
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.orbit.orbit import HUGE, STATE_SIZE, bounded, set_mode
 from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
 from nlds_vines.kernels.scene import codes
-from nlds_vines.kernels.scene.scene import (
-    CellBuffers,
-    Flight,
-    Parts,
-    Span,
-    Structure,
-    damper_in,
-    structure_under,
-)
+from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Parts, Span, Structure
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -93,10 +85,8 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     """Far from its walls, which both ends of the cell prove clear."""
     system = load_system("ssbl", C=5.0, D=5.0)
     cell = system.cell
-    ps, damper = structure_under(None, cell), damper_in(cell)
-    grid = grid_from(ps, damper, cells_of(ps, damper), PERIOD)
-    inv_mu = damper_in(cell).inv_mu
-    near, far = hertz_wall_at(cell.near, inv_mu, cell), hertz_wall_at(cell.far, inv_mu, cell)
+    ps, damper, grid = flight_parts(**system.parameters)
+    near, far = (hertz_wall_at(gap, damper.inv_mu, cell) for gap in (cell.near, cell.far))
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
     flight = Flight(None, ps, damper, near, far, grid)
     event, j, left, *end = fly(flight, NOTHING, (2, x), 5, tuple(y))

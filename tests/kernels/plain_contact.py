@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from support import BOTH, NOTHING, contact_parts, follow_contact, references, side_of
+from support import BOTH, NOTHING, follow_contact, side_of
+from test_impact_variations import APPROACH, impact_with
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels.events import contact as stepping
@@ -14,13 +15,8 @@ from nlds_vines.kernels.scene.drive import after, drive_now
 from nlds_vines.kernels.scene.scene import Step
 from nlds_vines.model.system import System
 
-SET6 = references()["ssul-set6"].numbers
-WAVE = np.cos(1.0), np.sin(1.0)
+WAVE = APPROACH.wave
 FREE = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
-
-
-def parts_of(**changes):
-    return contact_parts(**{**SET6, "near": SET6["C"], **changes})
 
 
 def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
@@ -33,7 +29,7 @@ def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
 @pytest.mark.parametrize("speed", [0.01, 1.0])
 def test_depth_of_a_free_impact_is_as_good_as_the_steps(steps, speed):
     """Steps of order fourteen leave 1e-10 at 12. Notices: the parabola left out."""
-    parts = parts_of(**FREE)
+    parts = impact_with(**FREE).parts
     exact = (speed / parts[2].speed) ** 0.8
     depth = follow(parts, 0.0, speed, 0.0, 0.0, steps=steps)[6]
     assert abs(depth / exact - 1) <= 1.5e-10 * (12 / steps) ** 13 + 4e-15
@@ -43,7 +39,7 @@ def test_depth_of_a_free_impact_is_as_good_as_the_steps(steps, speed):
 @pytest.mark.parametrize("rk4", [None, True])
 def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
     """The deepest point then lies in a step that the section has cut short."""
-    parts = parts_of(c2=500.0)
+    parts = impact_with(c2=500.0).parts
     start = 0.0, 1.3, 0.011, 0.2
     steps = 28.0 if rk4 is None else 256.0
     event, *_, took, depth = follow(parts, *start, steps=steps, rk4=rk4)
@@ -66,7 +62,7 @@ def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
 def test_depth_where_a_contact_comes_to_rest():
     """By long steps, whose end is behind a second turn. Notices: the first guess taken as it is."""
     soft = {"m1": 196.8, "k1": 51223.1, "c1": 843.3, "m2": 53.39, "k2": 1274.4, "c2": 649.0}
-    parts = parts_of(**soft, P=2858.5, K=7970.98)
+    parts = impact_with(**soft, P=2858.5, K=7970.98).parts
     start = 0.0, 8.7324, 0.13344, -0.62335
     wave = np.cos(1.7384), np.sin(1.7384)
     depths = [
@@ -78,7 +74,7 @@ def test_depth_where_a_contact_comes_to_rest():
 
 def test_a_damper_that_is_out_and_back_by_the_end_of_a_step_is_released():
     """Slowly. Notices: a step of which only the end is looked at."""
-    parts = parts_of(K=1e5, k2=5e3, near=-0.05, c2=0.0)
+    parts = impact_with(K=1e5, k2=5e3, near=-0.05, c2=0.0).parts
     for s in (-0.1460, -0.1463, -0.15):
         few, fine = (follow(parts, 0.05, s, 0.0, 0.0, stop=0.15, steps=n) for n in (3.0, 112.0))
         assert few[0] == fine[0]
@@ -87,7 +83,7 @@ def test_a_damper_that_is_out_and_back_by_the_end_of_a_step_is_released():
 
 def test_a_damper_that_is_pressed_back_before_it_is_out_stays_in_contact():
     """The preload turns it round; a landing would take it out. Notices: other forces ignored."""
-    parts = parts_of(K=1e5, k2=5e3, near=-0.05, c2=0.0)
+    parts = impact_with(K=1e5, k2=5e3, near=-0.05, c2=0.0).parts
     events = []
     for s in (-0.10, -0.12, -0.13, -0.14, -0.16, -0.2):
         event, *_, took, depth = follow(parts, 0.05, s, 0.0, 0.0, stop=0.15)
@@ -111,7 +107,7 @@ def largest_error(parts, tolerance):
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_steps_that_are_foreseen_much_too_long_are_found_out(tolerance, monkeypatch):
     """As if the last terms of a step allowed any length. Notices: no check of a step at its end."""
-    parts = parts_of(K=1e6)
+    parts = impact_with(K=1e6).parts
     monkeypatch.setattr(stepping, "length_of", lambda side, h, *others: h)
     assert largest_error(parts, tolerance) <= tolerance
     monkeypatch.setattr(stepping, "defect_of", lambda *arguments: 0.0)
@@ -120,7 +116,7 @@ def test_steps_that_are_foreseen_much_too_long_are_found_out(tolerance, monkeypa
 
 def test_a_wrong_series_is_doubted(monkeypatch):
     """A force whose series is off by 1e-6 of it. Notices: a defect by the series itself."""
-    parts = parts_of(K=1e6)
+    parts = impact_with(K=1e6).parts
     side = side_of(parts, steps=Steps(20.0, np.inf), rate=10.0)
     doubts = []
     for wrong in (0.0, 1e-6):
@@ -150,10 +146,8 @@ def test_each_wall_has_its_own_law():
     same = plain.with_(law_2="power", K_2=STEEP, exponent_2=1.5)
     rigid = plain.with_(law_2="restitution", e_2=1.0)
     stiff = plain.with_(law_2="hertz", K_2=1e16)
-    record = BOTH
-    a, b, c, d = (
-        simulate(s, 10, record=record, tolerance=1e-12) for s in (plain, same, rigid, stiff)
-    )
+    walls = plain, same, rigid, stiff
+    a, b, c, d = (simulate(system, 10, record=BOTH, tolerance=1e-12) for system in walls)
     assert set(a.impacts["wall"]) == {"structure", "obstacle"}
     np.testing.assert_allclose(b.section, a.section, rtol=0, atol=1e-9)
     assert np.abs(c.section - a.section).max() > 1e-4

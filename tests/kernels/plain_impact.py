@@ -352,10 +352,8 @@ def test_a_response_is_that_of_all_steps(monkeypatch, arc):
     np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
 
 
-LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000
-
-
 def loaded(load, **changes):
+    """Return the impact under a load [m/s^2]; the contact's own acceleration is some 3000."""
     ps, damper, wall = impact_with(**changes).parts
     return Impact((with_load(ps, load), damper, wall), APPROACH)
 
@@ -395,7 +393,7 @@ def test_a_short_impact_is_that_of_small_steps_at_any_time(load, tolerance):
         assert (off / scales).max() <= tolerance + 1e-13
 
 
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", [30.0, -30.0])
 def test_largest_energies_and_variations_under_a_load_are_those_of_small_steps(load, arc):
     one = loaded(load)
     ahead, energy = one.ahead(arc), energies_of(one, *TOUCH)
@@ -430,7 +428,6 @@ def test_a_limit_may_be_passed_because_of_a_load():
 
 
 SMALL_STEPS = Steps(80.0, math.inf)
-KINDS = ("cubic", "tone", "shaken", "sudden")
 
 
 def drawn_under(kind, count, seed=1):
@@ -469,7 +466,7 @@ def drawn_under(kind, count, seed=1):
             yield (ps, damper, wall), moment, touch
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["cubic", "tone", "shaken", "sudden"])
 def test_it_errs_by_less_than_the_tolerance(kind):
     """Speed, duration and depth. Notices: third derivatives without a say in how many nodes."""
     for parts, moment, touch in drawn_under(kind, 25):

@@ -199,7 +199,7 @@ def test_a_ground_that_moves(law):
         return -a / w**2 * (p["c1"] * w * mpmath.cos(w * t) + p["k1"] * mpmath.sin(w * t))
 
     still = cells(edges, force)
-    record = ("states", "work", "impacts", "response", "energy")
+    record = ("states", "work", "impacts", "response")
     seen, expected = (fly(system, load, record=record, tolerance=1e-13) for load in (shaken, still))
     y, speed = -a / w**2 * np.sin(w * edges), -a / w * np.cos(w * edges)
     moved = np.column_stack([y, speed, y, speed])
@@ -211,11 +211,6 @@ def test_a_ground_that_moves(law):
         if name in seen.response:
             assert seen.response[name] == pytest.approx(expected.response[name], rel=1e-9)
     assert unbalanced(seen, edges) < 1e-11
-    x1, v1, x2, v2 = seen.states.T
-    E1 = 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2)
-    E2 = 0.5 * (p["m2"] * v2**2 + p["k2"] * (x2 - system.rest) ** 2)
-    assert E1.max() <= seen.E1max * (1 + 1e-12) < 1.1 * E1.max()
-    assert E2.max() <= seen.E2max * (1 + 1e-12) < 1.2 * E2.max()
 
 
 def test_an_edge_changes_nothing_but_round_off():

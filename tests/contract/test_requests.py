@@ -278,11 +278,6 @@ def test_what_the_changes_vary_is_set_no_longer():
 
 
 def test_an_override_removes_the_entries_it_replaces():
-    scan = {**SCAN, "sampling": {"method": "rk4", "period_steps": 100.0}}
-    assert nv.load_scan(scan, {"sampling": {"method": "exact"}}).period_steps is None
-    assert nv.load_scan(scan, {"sampling": {"periods": 3}}).period_steps == 100.0
-    scan = {**SCAN, "sampling": {"nodes": 6}}
-    assert nv.load_scan(scan, {"sampling": {"tolerance": 1e-6}}).nodes is None
     scan = {**SCAN, "start": {"policy": "random", "count": 4, "seed": 1}}
     start = nv.load_scan(scan, {"start": {"policy": "random", "count": 8}}).start
     assert (start.count, start.seed) == (8, 1)

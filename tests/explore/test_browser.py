@@ -8,17 +8,7 @@ import pytest
 from conftest import DIAGRAM, MAP, filled, made_up
 from PIL import Image
 
-from benchmarks.explore import (
-    BROWSERS,
-    KNOWN,
-    Served,
-    browser_path,
-    drawn,
-    frame_of,
-    new_page,
-    opened_browser,
-    opened_page,
-)
+from benchmarks import explore
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
@@ -38,14 +28,15 @@ def browser():
     pytest.importorskip(
         "playwright.sync_api", reason="playwright is not installed: no test in a browser"
     )
-    if browser_path() is None:
-        pytest.skip(f"no browser is installed ({', '.join(BROWSERS)}): no test in a browser")
-    with opened_browser() as browser:
+    if explore.browser_path() is None:
+        names = ", ".join(explore.BROWSERS)
+        pytest.skip(f"no browser is installed ({names}): no test in a browser")
+    with explore.opened_browser() as browser:
         yield browser
 
 
 def watched_page(browser, **settings):
-    page = new_page(browser, **settings)
+    page = explore.new_page(browser, **settings)
     page.faults = []
     page.on("pageerror", lambda error: page.faults.append(str(error)))
     page.on(
@@ -58,7 +49,7 @@ def watched_page(browser, **settings):
 def acted(page, act):
     page.evaluate("window.drawn = undefined")
     act()
-    drawn(page)
+    explore.drawn(page)
 
 
 def value_of(page, expression):
@@ -71,7 +62,7 @@ def value_of(page, expression):
 
 def place_of(page, *at):
     """Return where a point of the map or diagram, in its own coordinates, is on the screen."""
-    left, top, width, height = frame_of(page)
+    left, top, width, height = explore.frame_of(page)
     ends = value_of(page, "[m('cells').x_range, m('cells').y_range].map((r) => [r.start, r.end])")
     (x0, x1), (y0, y1) = ends
     x, y = at
@@ -97,7 +88,7 @@ def wait_for_text(page, name, words):
 
 @pytest.fixture(scope="module")
 def server(small_map):
-    with Served(str(small_map)) as served:
+    with explore.Served(str(small_map)) as served:
         yield served
         assert served.end() == (130, "")
 
@@ -105,7 +96,7 @@ def server(small_map):
 @pytest.fixture(scope="module")
 def page(browser, server):
     page = watched_page(browser, accept_downloads=True)
-    yield opened_page(page, server.address)
+    yield explore.opened_page(page, server.address)
     assert page.faults == []
     page.context.close()
 
@@ -192,7 +183,7 @@ def test_a_slider_moves_the_orbit(page, click, small_map):
 
 
 def test_a_click_in_a_phase_plane_begins_there(page):
-    left, top, width, height = frame_of(page, "phase2")
+    left, top, width, height = explore.frame_of(page, "phase2")
     acted(page, lambda: page.mouse.click(left + 0.6 * width, top + 0.4 * height))
     assert "from a start of your own" in text_of(page, "verdict")
 
@@ -263,18 +254,18 @@ def test_a_second_page_of_the_same_archive_is_its_own(page, server, click):
     words = text_of(page, "readout")
     other = page.context.new_page()
     other.set_default_timeout(60_000)
-    opened_page(other, server.address)
+    explore.opened_page(other, server.address)
     click(5, 3, page=other)
     assert text_of(page, "readout") == words != text_of(other, "readout")
     other.close()
 
 
-@pytest.mark.skipif(not KNOWN.exists(), reason="no /proc tells processor times")
+@pytest.mark.skipif(not explore.KNOWN.exists(), reason="no /proc tells processor times")
 def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folder):
     vary = {"omega": np.linspace(5.0, 8.0, 200), "P": np.linspace(9.0, 10.0, 200)}
     path = made_up({**MAP, "vary": vary}, folder / "large.h5")
-    served = Served(str(path))
-    page = opened_page(watched_page(browser), served.address)
+    served = explore.Served(str(path))
+    page = explore.opened_page(watched_page(browser), served.address)
     page.locator("button", has_text="seen finer").click()
     page.locator(".progress progress").wait_for()
     assert page.locator("button", has_text="cancel").is_visible()
@@ -287,7 +278,7 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
         if used - before < 0.2:
             break
         assert time.monotonic() < end, "it goes on although nobody looks"
-    opened_page(watched_page(browser), served.address).context.close()
+    explore.opened_page(watched_page(browser), served.address).context.close()
     assert served.end() == (130, "")
 
 

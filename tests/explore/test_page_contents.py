@@ -13,16 +13,8 @@ import nlds_vines as nv
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.explore import live_orbit as live
 from nlds_vines.explore import map_view
-from nlds_vines.explore.live_orbit import (
-    LONG,
-    MOST_POINTS,
-    SHOW,
-    evidence_of,
-    live_orbit,
-    portrait_command,
-    words_of,
-)
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Job, finer, sliders_of
 from nlds_vines.explore.report_page import report_page, section_points
@@ -36,7 +28,7 @@ SCAN = load_scan(MAP)
 
 @pytest.fixture(scope="module")
 def orbit():
-    return live_orbit(nv.load_system("ssul-set6", omega=7.1), None, SAMPLING)
+    return live.live_orbit(nv.load_system("ssul-set6", omega=7.1), None, SAMPLING)
 
 
 def test_arrays_and_columns_are_those_of_the_archive(small_map):
@@ -65,7 +57,7 @@ def test_every_cell_live_has_the_label_of_the_archive(small_map):
         for k in range(2):
             system = archive.system_of(cell)
             start = archive.start_of(cell, k, system)
-            orbit = live_orbit(system, start.state, archive.scan)
+            orbit = live.live_orbit(system, start.state, archive.scan)
             assert orbit.label == archive.arrays["label"][(*cell, k)]
 
 
@@ -173,9 +165,9 @@ def test_the_section_is_that_of_simulate_with_multipliers_in_the_unit_circle(orb
     assert len({len(values) for values in history.values()}) == 1
     t = history["t"]
     assert t[0] > 60
-    assert t[-1] <= 60 + SHOW
+    assert t[-1] <= 60 + live.SHOW
     gaps = np.diff(np.flatnonzero(history["force"] > 0))
-    early = view.contacts["touch"] < (60 + SHOW) * view.column.system.period
+    early = view.contacts["touch"] < (60 + live.SHOW) * view.column.system.period
     assert early.sum() == (gaps > 1).sum() + 1
 
 
@@ -184,10 +176,10 @@ def test_the_section_is_that_of_simulate_with_multipliers_in_the_unit_circle(orb
 def test_the_section_at_impact_is_that_of_simulate(name, omega):
     """Of one cycle, by wall: of T,2 one touch at each; of what is not periodic, all."""
     system = nv.load_system(name, omega=omega)
-    orbit = live_orbit(system, None, SAMPLING)
+    orbit = live.live_orbit(system, None, SAMPLING)
     panel = orbit.panels["touches"]
     assert list(panel) == ["phase", *system.scene.walls]
-    end = 60 + max(30, SHOW)
+    end = 60 + max(30, live.SHOW)
     impacts = nv.simulate(system, 30, transient=60, record=("impacts",)).impacts
     last = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
     assert len(panel["phase"]) == len(last)
@@ -201,13 +193,14 @@ def test_the_section_at_impact_is_that_of_simulate(name, omega):
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize(("name", "periods"), [("short", SHOW), ("long", LONG), ("whole", 72)])
-def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, periods):
+@pytest.mark.parametrize("name", ["short", "long", "whole"])
+def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name):
+    periods = {"short": live.SHOW, "long": live.LONG, "whole": 72}[name]
     system, start = nv.load_system("ssul-set6", omega=7.1), (0.01, -0.2, 0.3, -0.4)
-    panel = live_orbit(system, start, SAMPLING, history=name).panels["history"]
+    panel = live.live_orbit(system, start, SAMPLING, history=name).panels["history"]
     assert len({len(values) for values in panel.values()}) == 1
     assert panel["t"][0] < 0.1
-    assert panel["t"][-1] == pytest.approx(periods, abs=periods / MOST_POINTS)
+    assert panel["t"][-1] == pytest.approx(periods, abs=periods / live.MOST_POINTS)
     plain = nv.simulate(system, periods, start=start, record=["trajectory"], samples=256)
     for place, column in ((0, "x1"), (2, "x2")):
         values = plain.trajectory[:, place]
@@ -215,26 +208,26 @@ def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, period
         np.testing.assert_allclose([panel[column].min(), panel[column].max()], ends, rtol=0.02)
     assert min(panel["x1"][:2]) <= plain.trajectory[0, 0] <= max(panel["x1"][:2])
     assert panel["force"].max() > 0
-    assert len(panel["t"]) < 4 * MOST_POINTS
+    assert len(panel["t"]) < 4 * live.MOST_POINTS
 
 
 @pytest.mark.kernels
 def test_chaos_has_words_and_no_multipliers():
-    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.39), None, load_scan())
+    orbit = live.live_orbit(nv.load_system("ssul-set6", omega=7.39), None, load_scan())
     assert orbit.label == "chaos"
     assert orbit.panels["multipliers"]["re"].size == 0
-    assert words_of(orbit.regime).startswith("neighboring orbits diverge")
-    assert dict(evidence_of(orbit.regime))["followed for"]
+    assert live.words_of(orbit.regime).startswith("neighboring orbits diverge")
+    assert dict(live.evidence_of(orbit.regime))["followed for"]
     # words count the impacts of all periods
     regime = SimpleNamespace(kind="periodic", period=3, impacts=2)
-    assert words_of(regime) == "repeats every 3 forcing periods with 2 impacts in this time"
+    assert live.words_of(regime) == "repeats every 3 forcing periods with 2 impacts in this time"
 
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", ["none", "impact-oscillator", "tmd"])
 def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
     system = nv.load_system(name)
-    panels = live_orbit(system, None, SAMPLING).panels
+    panels = live.live_orbit(system, None, SAMPLING).panels
     assert ("x2" in panels["history"]) == system.scene.damper
     assert (panels["phase2"]["x"].size > 100) == system.scene.damper
     assert panels["phase1"]["x"].size > 100
@@ -244,7 +237,7 @@ def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
 
 def test_a_start_inside_a_rigid_wall_is_refused(error_of):
     system = nv.load_system("ssul-set6").with_(law="restitution", e=0.8)
-    assert "rigid" in error_of(live_orbit, system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
+    assert "rigid" in error_of(live.live_orbit, system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
 
 
 @pytest.mark.kernels
@@ -254,8 +247,8 @@ def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
     assert load_portrait(path).hash == orbit.request.hash
     # a system of no catalog is drawn from its recipe
     system = nv.System("ssul", SCAN.system.parameters, "own")
-    request = live_orbit(system, None, SAMPLING).request
-    assert portrait_command(request) == "nlds-vines portrait portrait.toml"
+    request = live.live_orbit(system, None, SAMPLING).request
+    assert live.portrait_command(request) == "nlds-vines portrait portrait.toml"
 
 
 @pytest.mark.kernels
@@ -264,8 +257,8 @@ def test_the_command_line_is_the_orbit_again(start, monkeypatch, here):
     from nlds_vines.portrait import command
 
     system, requests = nv.load_system("ssul-set6", omega=7.1, P=750.0), []
-    request = live_orbit(system, start, SAMPLING).request
-    words = shlex.split(portrait_command(request))
+    request = live.live_orbit(system, start, SAMPLING).request
+    words = shlex.split(live.portrait_command(request))
     assert words[:2] == ["nlds-vines", "portrait"]
     monkeypatch.setattr(command.Job, "carry_out", lambda job, *_: requests.append(job.request) or 0)
     assert command.main(words[2:]) == 0

@@ -102,8 +102,7 @@ def test_the_estimate_corrects_itself_by_the_pace_of_this_machine(begun):
         time.sleep(0.05)
     assert Compilation.waited - before >= 0.05
     before = Compilation.waited
-    with Compilation(USUAL, None, helped=False).followed(LANES):
-        pass
+    assert follow(helped=False) == []
     assert Compilation.waited == before
 
 

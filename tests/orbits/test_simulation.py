@@ -13,20 +13,9 @@ from twin import follow, model_of
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.model.catalog import catalog, load_system
+from nlds_vines.orbits import solver_settings as solver
 from nlds_vines.orbits.simulation import SHORT, IntegrationError, Orbit, simulate, start_state
-from nlds_vines.orbits.solver_settings import (
-    FINENESS,
-    LEAST_STEPS,
-    LEAST_TOLERANCE,
-    MOST_TOLERANCE,
-    PERIOD_STEPS,
-    SHARE,
-    TOLERANCE,
-    TOLERANCES,
-    Settings,
-    checked_tolerance,
-    chosen_settings,
-)
+from nlds_vines.orbits.solver_settings import Settings, checked_tolerance, chosen_settings
 from nlds_vines.orbits.starts import given_states, starts_inside
 
 SET6 = references()["ssul-set6"].numbers
@@ -341,31 +330,33 @@ def test_a_trajectory_becomes_a_table(error_of):
 
 
 def test_presets_are_numbers_by_another_name():
-    assert TOLERANCES == {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
-    for name, value in TOLERANCES.items():
+    assert solver.TOLERANCES == {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
+    for name, value in solver.TOLERANCES.items():
         assert checked_tolerance(name) == checked_tolerance(value) == value
-    for value in (LEAST_TOLERANCE, MOST_TOLERANCE, np.float64(1e-7), 5e-4):
+    ends = solver.LEAST_TOLERANCE, solver.MOST_TOLERANCE
+    assert ends == (1e-13, 1e-3)
+    for value in (*ends, np.float64(1e-7), 5e-4):
         assert type(checked_tolerance(value)) is float
         assert checked_tolerance(value) == value
-    assert (LEAST_TOLERANCE, MOST_TOLERANCE) == (1e-13, 1e-3)
-    assert chosen_settings("exact", {}).tolerance == TOLERANCE == TOLERANCES["standard"]
+    usual = chosen_settings("exact", {}).tolerance
+    assert usual == solver.TOLERANCE == solver.TOLERANCES["standard"]
     # contacts are granted a share of it, as several may follow each other in a period
     settings = Settings(1e-6)
-    assert settings.contact_tolerance == settings.stepped_to == SHARE * 1e-6
+    assert settings.contact_tolerance == settings.stepped_to == solver.SHARE * 1e-6
     assert Settings(1e-6, contact_steps=28.0).stepped_to == np.inf  # as an expert wants them
-    assert {Settings(10.0**-k).steps for k in range(3, 14)} == {LEAST_STEPS}
+    assert {Settings(10.0**-k).steps for k in range(3, 14)} == {solver.LEAST_STEPS}
 
 
 def test_every_method_has_its_own_settings(error_of):
     settings = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
-    for name in FINENESS:
+    for name in solver.FINENESS:
         method, other = ("rk4", "exact") if name == "period_steps" else ("exact", "rk4")
         assert chosen_settings(method, {name: settings[name]}) != chosen_settings(method, {})
         line = error_of(chosen_settings, other, {name: settings[name]})
         assert line.startswith(f"{name} is of method '{method}'; '{other}' has ")
         assert chosen_settings(other, {name: None}) == chosen_settings(other, {})
     assert chosen_settings("rk4", {"period_steps": 64}) == Settings.rk4(64.0)
-    assert chosen_settings("rk4", {}) == Settings.rk4(PERIOD_STEPS)
+    assert chosen_settings("rk4", {}) == Settings.rk4(solver.PERIOD_STEPS)
 
 
 @pytest.mark.parametrize(

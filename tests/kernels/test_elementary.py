@@ -82,13 +82,10 @@ def test_ends_of_the_ranges_and_numbers_below_the_normal_ones():
 
 PROGRAM = """
 import json, sys
-from nlds_vines.kernels.numerics import elementary as e
+from test_elementary import own
 from test_impact_variations import make_arc, random_impacts
-printed = {}
-for name, values in json.load(sys.stdin).items():
-    f = e.cos_sin_of_turn if name in ("cosine", "sine") else getattr(e, name)
-    printed[name] = [float(x).hex() for v in values for y in [f(v)] for x in
-                     (y if isinstance(y, tuple) else [y])]
+printed = {name: [float(own(name, x)).hex() for x in values]
+           for name, values in json.load(sys.stdin).items()}
 for i, impact in enumerate(random_impacts(6, make_arc())):
     printed[f"variations {i}"] = [x.hex() for x in impact.carried(make_arc()).tolist()]
 json.dump(printed, sys.stdout)

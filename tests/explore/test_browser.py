@@ -368,12 +368,9 @@ def share_of_colors(page, box):
 
 def check_report(opened, shape, want, system="ssul-set6"):
     """Open a report with made-up numbers for all that `want` records, and choose cells."""
-    results = filled(
-        {
-            **(MAP if shape == "map" else DIAGRAM), "system": system, "vary": AXES[shape],
-            "sampling": {"transient": 3, "periods": 20}, "record": {"want": want},
-        }
-    )  # fmt: skip
+    scan = {**(MAP if shape == "map" else DIAGRAM), "system": system, "vary": AXES[shape]}
+    scan |= {"sampling": {"transient": 3, "periods": 20}, "record": {"want": want}}
+    results = filled(scan)
     page = opened(results)
     assert "7.33" in text_of(page, "verdict")  # the middle one is chosen
     assert results.scan.title in seen_text(page)

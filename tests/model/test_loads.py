@@ -155,10 +155,8 @@ def test_pulses_repeat():
 
 
 def test_cells_are_cut_at_kinks_and_marks_and_are_no_longer_than_the_reach():
-    cells = cells_of(
-        {"rectangular": {"peak": 1.0, "length": 0.123456}, "blow": {"impulse": 3.0, "at": 0.7}},
-        marks=(0.5, 0.123456 + 1e-17),
-    )
+    pulse, blow = {"peak": 1.0, "length": 0.123456}, {"impulse": 3.0, "at": 0.7}
+    cells = cells_of({"rectangular": pulse, "blow": blow}, marks=(0.5, 0.123456 + 1e-17))
     assert {0.0, 0.123456, 0.5, 0.7, 3.0} <= set(cells.edges)
     assert np.diff(cells.edges).max() <= 0.1 * (1 + 1e-12)
     assert np.diff(cells.edges).min() > 0.01

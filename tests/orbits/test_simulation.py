@@ -374,10 +374,8 @@ def test_every_method_has_its_own_settings(error_of):
 )
 def test_what_is_asked_last_counts(below, above, expected):
     one = {"system": "tmd", "vary": {"omega": {"values": [6.0]}}}
-    scan, other = (
-        load_scan(one | {"sampling": low}, {"sampling": high})
-        for low, high in ((below, above), (expected, {}))
-    )
+    scan = load_scan(one | {"sampling": below}, {"sampling": above})
+    other = load_scan(one | {"sampling": expected})
     assert scan.document()["sampling"] == other.document()["sampling"]
     assert (scan.method, scan.settings) == (other.method, other.settings)
     read_already = load_scan(one | {"sampling": below})

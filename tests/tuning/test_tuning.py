@@ -51,16 +51,14 @@ def test_all_parameters_are_free_but_what_is_set_or_varied_and_more_can_be():
 
 
 def test_the_canonical_file_means_the_same():
-    tuning = load_tuning(
-        "ssul-set5",
-        {
-            "free": {"K": bounds(1e7, 4e7)},
-            "over": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}, "P": {"values": [600, 800]}},
-            "search": {"seeds": 2, "within": 0.1},
-            "surface": {"parameters": ["C", "k2"], "size": 7},
-            "sampling": {"transient": 10},
-        },
-    )
+    tables = {
+        "free": {"K": bounds(1e7, 4e7)},
+        "over": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}, "P": {"values": [600, 800]}},
+        "search": {"seeds": 2, "within": 0.1},
+        "surface": {"parameters": ["C", "k2"], "size": 7},
+        "sampling": {"transient": 10},
+    }
+    tuning = load_tuning("ssul-set5", tables)
     again = load_tuning(parse_toml(tuning.to_toml(), "here"))
     assert again == tuning
     assert again.hash == tuning.hash

@@ -10,6 +10,7 @@ In reading order, each package importing only from those above it:
     impact     a short impact, solved at once
     laws       contact laws, one file each
     orbit      the time loop, the map from section to section, and its derivative
+    hosts      orbits of any number of degrees of freedom, dampers and walls
     cells      cells of a map: verdicts, branches, basins, many cells one after another
 
 Words:

@@ -62,6 +62,21 @@ for _kind in (types.CPointer, types.NoneType):
     lower_builtin(bare, _kind)(lambda context, builder, sig, args: args[0])
 
 
+def from_place(row: Any, i: int) -> Any:
+    """Return the bare row that begins at number i of a bare row."""
+    return row[i:]
+
+
+@type_callable(from_place)
+def _as_part(context: Any) -> Any:
+    return lambda row, i: row if isinstance(row, types.CPointer) else None
+
+
+@lower_builtin(from_place, types.CPointer, types.Integer)
+def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.gep(args[0], [context.cast(builder, args[1], sig.args[1], types.intp)])
+
+
 # ---- four numbers --------------------------------------------------------------------------------
 
 FOUR = 4

@@ -1,0 +1,18 @@
+"""Orbits of hosts: any number of degrees of freedom, dampers and walls.
+
+In reading order:
+
+    modes          the modes of a host, without LAPACK
+    body           the linear system, and its motion over a short time
+    grid           the tables of its flight: propagators, and bounds that certify touches
+    walls          walls of all laws, and the state of those in contact
+    host_flight    from a state to the next touch
+    host_contact   from touch to release, several walls at once
+    host_orbit     the time loop
+
+The state is y = (X, V): the amplitudes of the host's modes, with a modal mass of 1 kg, and the
+displacements of the dampers' masses [m]; then their rates. A link is a damper: its spring and
+dashpot act along r = w X, and its walls limit r. The flight is dense: an exact propagator of the
+whole linear system over a cell, so that any damping, double eigenvalues and motion without
+stiffness are covered alike, by strict arithmetic without eigenvectors.
+"""

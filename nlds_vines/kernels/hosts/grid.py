@@ -1,0 +1,259 @@
+"""The tables of a flight: exact propagators over cells, and bounds that certify touches.
+
+A period has `count` smallest cells, 2^levels of which are a coarse one; the propagator of each
+level is the square of that below it. A flight takes the coarsest cell in which no touch is
+possible.
+
+The bound of |r''''| over a cell is a sum over pairs (w x, v) of coordinates and rates. By modes it
+is small for all that are quiet, however fast they are: a bound by the energy would be useless for a
+host whose highest mode is 50 times as fast as its lowest. In the scaled coordinates the rates of a
+pair consist of a rotation, which changes no norm, and of the coupling to other pairs, whose norms
+are the matrix G; over a time h norms grow by at most exp(G h).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..motion.flight import FEWEST_CELLS, ORDER, REACH
+from ..numerics.compiling import jit
+from ..numerics.elementary import cos_sin_of_turn, hypotenuse
+from ..numerics.fours import bare
+from .body import accelerate
+
+MOST_HALVINGS = 14
+
+
+class HostGrid(NamedTuple):
+    """The tables of a cell; each array is one row of numbers, in inner kernels a bare row."""
+
+    cells: int  # smallest ones in a period
+    levels: int  # of halving a coarse cell
+    h: float  # of a smallest cell [s]
+    rate: float  # bound of the rates of the motion [1/s]
+    propagators: Any  # (levels + 1) * N * (N + 2): columns of y, cos and sin, from the coarsest on
+    phases: Any  # 2 (count + 1): cos and sin at the beginning of smallest cells
+    scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
+    fourth: Any  # links * size: bounds of |r''''| by norms of pairs
+    forced: Any  # (links,) by the force
+    polynomials: Any  # links * (ORDER + 1) * (N + 2): Taylor coefficients of r in a smallest cell
+
+
+@jit
+def bare_host_grid(grid):
+    return HostGrid(
+        grid.cells, grid.levels, grid.h, grid.rate, bare(grid.propagators), bare(grid.phases),
+        bare(grid.scales), bare(grid.fourth), bare(grid.forced), bare(grid.polynomials),
+    )  # fmt: skip
+
+
+@jit
+def times(a, b):
+    """Return the product of two square matrices, each sum in one order."""
+    n = len(a)
+    out = np.zeros((n, n))
+    for i in range(n):
+        for k in range(n):
+            if a[i, k] != 0.0:
+                for j in range(n):
+                    out[i, j] += a[i, k] * b[k, j]
+    return out
+
+
+@jit
+def exponential(a):
+    """Return exp(a) of a matrix whose norm is of order one, by its Taylor series."""
+    n, k = len(a), 0
+    term, total = np.eye(n), np.eye(n)
+    largest = 1.0
+    while largest > 0.0 and k < 200:
+        k += 1
+        term = times(term, a) / k
+        largest = 0.0
+        for i in range(n):
+            for j in range(n):
+                before = total[i, j]
+                total[i, j] += term[i, j]
+                if total[i, j] != before:
+                    largest = 1.0
+    return total
+
+
+@jit
+def matrix_of(body):
+    """Return A of (y, cos, sin)' = A (y, cos, sin), (N + 2, N + 2)."""
+    size = body.size
+    a, y, out = np.zeros((2 * size + 2, 2 * size + 2)), np.zeros(2 * size), np.zeros(size)
+    for j in range(2 * size + 1):
+        y[:] = 0.0
+        if j < 2 * size:
+            y[j] = 1.0
+        accelerate(body, y, 0, 0.0 if j < 2 * size else 1.0, out, 0)
+        for i in range(size):
+            a[size + i, j] = out[i]
+    for i in range(size):
+        a[i, size + i] = 1.0
+    a[2 * size, 2 * size + 1], a[2 * size + 1, 2 * size] = -body.omega, body.omega
+    return a
+
+
+@jit
+def pairs_of(body, a):
+    """Return (scales, matrix): w of each pair, and A in the coordinates of pairs, without force.
+
+    Pairs are (w x, v) of modes and (w r, s) of the links of masses. Link j of a mass is that of
+    coordinate modes + j: r = (its part of the host) - u. A pair without stiffness has w = 0; its
+    place has no effect on any rate.
+    """
+    n, size = body.modes, body.size
+    squares = np.zeros(size)
+    # the coordinates by those of pairs: a mass moves with the host if its r does not change
+    back = np.eye(2 * size)
+    for i in range(n):
+        squares[i] = body.squares[i]
+    for link in range(body.links):
+        row, own = link * size, -1
+        for i in range(n, size):
+            if body.rows[row + i] != 0.0:
+                own = i
+        for j in range(size):
+            stiffness = body.stiffness[link] * body.rows[row + j] * body.answers[row + j]
+            if own >= 0:  # k / mu
+                squares[own] += stiffness
+            elif j < n:
+                squares[j] += stiffness
+        if own >= 0:
+            for j in range(n):
+                back[own, j] = back[size + own, size + j] = body.rows[row + j]
+            back[own, own] = back[size + own, size + own] = -1.0
+    scales = np.sqrt(squares)
+    # `back` is its own inverse: u = w q - r and r = w q - u
+    free = np.ascontiguousarray(a[: 2 * size, : 2 * size])
+    paired = times(times(back, free), back)
+    for i in range(size):
+        for j in range(2 * size):
+            # a place is in units of its rate; one without stiffness counts for nothing
+            paired[i, j] *= scales[i]
+        for j in range(2 * size):
+            paired[j, i] *= 1.0 / scales[i] if scales[i] > 0.0 else 0.0
+    return scales, paired, back
+
+
+@jit
+def growth_of(paired, size):
+    """Return G: the coupling of the norms of pairs, and on its diagonal their own growth."""
+    growth = np.zeros((size, size))
+    for i in range(size):
+        for j in range(size):
+            a, b = paired[i, j], paired[i, size + j]
+            c, d = paired[size + i, j], paired[size + i, size + j]
+            if i == j:  # the largest eigenvalue of the symmetric part, if it is positive
+                half = 0.5 * (a + d)
+                growth[i, i] = max(half + hypotenuse(0.5 * (a - d), 0.5 * (b + c)), 0.0)
+            else:
+                growth[i, j] = math.sqrt((a * a + b * b) + (c * c + d * d))
+    return growth
+
+
+@jit
+def host_grid(body, stops):
+    """Return the `HostGrid` of a body in periods of `stops` parts, and False if it is too fine."""
+    size, omega = body.size, body.omega
+    N, period = 2 * size, 2.0 * math.pi / omega
+    a = matrix_of(body)
+    scales, paired, back = pairs_of(body, a)
+    growth = growth_of(paired, size)
+    fastest = omega
+    for i in range(size):
+        # the rotation of a pair, its damping, and the coupling to the others
+        total = scales[i]
+        total += abs(paired[size + i, size + i])
+        for j in range(size):
+            total += growth[i, j]
+        fastest = max(fastest, total)
+    # coarse cells by the second slowest pair, or by the force
+    order = np.sort(scales)
+    low = min(max(omega, order[min(1, size - 1)]), 2.0 * omega)
+    coarse = max(FEWEST_CELLS, math.ceil(period * low / REACH))
+    coarse = stops * math.ceil(coarse / stops)
+    levels = 0
+    while levels < MOST_HALVINGS and period / (coarse << levels) * fastest > REACH:
+        levels += 1
+    fine = period / (coarse << levels) * fastest <= REACH
+    count = coarse << levels
+    h = period / count
+
+    # propagators, from the smallest cell to the coarsest
+    propagators = np.zeros((levels + 1) * N * (N + 2))
+    step = exponential(a * h)
+    for level in range(levels, -1, -1):
+        for j in range(N + 2):
+            for i in range(N):
+                propagators[(level * (N + 2) + j) * N + i] = step[i, j]
+        if level > 0:
+            step = times(step, step)
+    phases = np.zeros(2 * count + 2)
+    for j in range(count + 1):
+        phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(j / count)
+
+    # Taylor coefficients of r over a smallest cell
+    links = body.links
+    polynomials = np.zeros(links * (ORDER + 1) * (N + 2))
+    fourth, forced = np.zeros(links * size), np.zeros(links)
+    bounded = exponential(growth * (period / coarse))
+    for link in range(links):
+        row = np.zeros((1, N + 2))
+        for i in range(size):
+            row[0, i] = body.rows[link * size + i]
+        power, per = row[0].copy(), 1.0
+        fourth_row = power
+        for k in range(ORDER + 1):
+            for j in range(N + 2):
+                polynomials[(link * (ORDER + 1) + k) * (N + 2) + j] = per * power[j]
+            if k == 4:
+                fourth_row = power.copy()
+            following = np.zeros(N + 2)
+            for i in range(N + 2):
+                if power[i] != 0.0:
+                    for j in range(N + 2):
+                        following[j] += power[i] * a[i, j]
+            power = following
+            per *= h / (k + 1.0)
+        # |r''''| by the norms of pairs at the beginning of a coarse cell
+        by_pair = np.zeros(size)
+        for b in range(size):
+            place = rate = 0.0
+            for i in range(size):
+                place += fourth_row[i] * back[i, b]
+                rate += fourth_row[size + i] * back[size + i, b]
+            place *= 1.0 / scales[b] if scales[b] > 0.0 else 0.0
+            by_pair[b] = hypotenuse(place, rate)
+        for j in range(size):
+            for b in range(size):
+                fourth[link * size + j] += by_pair[b] * bounded[b, j]
+        # by the force itself, and by what it adds to the norms within the cell
+        push = hypotenuse(fourth_row[N], fourth_row[N + 1])
+        for b in range(size):
+            shaken = 0.0
+            for i in range(size):
+                shaken += back[size + b, size + i] * body.push[i]
+            push += fourth[link * size + b] * abs(shaken) * (period / coarse)
+        forced[link] = push
+    return (
+        HostGrid(
+            count,
+            levels,
+            h,
+            max(omega, scales.max()),
+            propagators,
+            phases,
+            scales,
+            fourth,
+            forced,
+            polynomials,
+        ),
+        fine,
+    )

@@ -1,0 +1,728 @@
+"""Contacts of a host from touch to release, stepped; several walls may be in contact at once.
+
+As in `taylor`, a step is a polynomial in a fictitious time theta, in which contacts are smooth:
+with z = q^p at each wall in contact, dt is the product w of their q^(p - 1) dtheta. The equations
+
+    dq/dtheta = s / p times the others' q^(p - 1)      dX/dtheta = w V      dV/dtheta = w (...)
+
+are polynomials, and a law supplies the series of its force as for one damper. A step's length
+follows from its last terms; its error is read from the defect of the equation of motion at its end,
+with the law's force and not its series. Releases, further touches and places where a force is
+switched off are first roots of polynomials, certified as touches are (`touch.first_touch`).
+
+A rigid wall takes an impact at once, by Newton's law. If rebounds end in finite time it holds the
+damper, s = 0, until its force would have to pull.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..events.contact import (
+    LAST_TERMS,
+    LEAST_GRANTED,
+    MOST_ATTEMPTS,
+    MOST_NEWTON,
+    MOST_REPEATS,
+    MOST_STEPS,
+    SOON,
+)
+from ..laws.restitution import BRIEF
+from ..numerics.compiling import jit
+from ..numerics.elementary import TINIEST, exp, exponent_of, log, power_of_two
+from ..numerics.fours import bare
+from ..numerics.matrices import solve
+from ..numerics.roots import guarded
+from ..scene.law import (
+    AT_Q,
+    AT_S,
+    COLUMNS,
+    DEPTH,
+    FORCE,
+    HIGHEST,
+    LARGEST_UNIT,
+    LEAST_UNIT,
+    LOGARITHM,
+    SERIES,
+    WEIGHT,
+    product,
+)
+from ..watch.touch import AT_R, first_touch, tightened
+from .body import accelerate, along, move, push_link
+from .host_flight import LOST_TOUCH, phase_of
+from .walls import (
+    FAST,
+    IS_RIGID,
+    OWN_RATE,
+    OWN_WEIGHT,
+    ROOT,
+    SCALES,
+    fill,
+    look,
+    margin,
+    restitution,
+    scratch_of,
+    start_of,
+)
+
+LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
+LAST_POWERS = (
+    5  # powers whose terms tell the radius of convergence: a free impact has every fifth alone
+)
+
+# Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
+OF_TOTAL, OF_DRIVE, OF_QUADRATURE, OF_TIME = range(4)
+MOTION_COLUMNS = 4
+# ... and of a wall's scratch (`law`), in columns that others use for variations: products of the
+# weights of walls before and behind, and the margin of a force that is switched off
+WEIGHTS_BEFORE, WEIGHTS_OF_OTHERS, WEIGHTS_BEHIND = LOGARITHM + 1, LOGARITHM + 2, LOGARITHM + 3
+AT_MARGIN = LOGARITHM
+
+
+# ---- the series of a step ------------------------------------------------------------------------
+
+
+@jit
+def fill_weights(contacts, n):
+    """Fill coefficient n of the products of the other walls' weights; return that of all."""
+    active, count = contacts.active, contacts.active[0]
+    total = behind = 1.0 if n == 0 else 0.0
+    for c in range(count):
+        k = scratch_of(contacts, active[1 + c])
+        k[SERIES + COLUMNS * n + WEIGHTS_BEFORE] = total
+        total = product(k, int(WEIGHTS_BEFORE), int(WEIGHT), n)
+    for c in range(count - 1, -1, -1):
+        k = scratch_of(contacts, active[1 + c])
+        k[SERIES + COLUMNS * n + WEIGHTS_BEHIND] = behind
+        k[SERIES + COLUMNS * n + WEIGHTS_OF_OTHERS] = product(
+            k, int(WEIGHTS_BEFORE), int(WEIGHTS_BEHIND), n
+        )
+        behind = product(k, int(WEIGHTS_BEHIND), int(WEIGHT), n)
+    return total
+
+
+@jit
+def outward_at(body, walls, wall, accelerations, at):
+    """Return d2z/dt2 of a wall."""
+    row, total = walls.links[wall] * body.size, 0.0
+    for i in range(body.size):
+        total += body.rows[row + i] * accelerations[at + i]
+    return walls.signs[wall] * total
+
+
+@jit
+def hold(body, walls, contacts, at, out, rebounds):
+    """Add to the accelerations out[at : at + size] the forces of rigid walls in contact.
+
+    They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses;
+    those of walls that are struck are (1 + `rebounds`) times as large, by wall.
+    """
+    active, size, matrix, count = contacts.active, body.size, contacts.matrix, 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] != IS_RIGID:
+            continue
+        sign, row, column = walls.signs[wall], walls.links[wall] * size, 0
+        outward = outward_at(body, walls, wall, out, at)
+        matrix[count, -1] = (1.0 + rebounds[wall]) * outward
+        for d in range(active[0]):
+            other = active[1 + d]
+            if walls.law[other] == IS_RIGID:
+                total, answer = 0.0, walls.links[other] * size
+                for i in range(size):
+                    total += body.rows[row + i] * body.answers[answer + i]
+                matrix[count, column] = sign * walls.signs[other] * total
+                column += 1
+        count += 1
+    if count == 0:
+        return
+    solve(matrix[:count, :count], matrix[:count, -1:])
+    count = 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            force = matrix[count, -1]
+            contacts.forces[wall] = force
+            push_link(body, walls.links[wall], walls.signs[wall] * force, out, at)
+            count += 1
+
+
+@jit
+def expand(body, walls, contacts, phase, unit, y):
+    """Fill the series of the motion and of the walls in contact, in steps of theta = `unit`."""
+    size, active, S = body.size, contacts.active, contacts.series
+    width, count, extra = 3 * size + MOTION_COLUMNS, active[0], 3 * size
+    for i in range(2 * size):
+        S[i] = y[i]
+    S[extra + OF_DRIVE], S[extra + OF_QUADRATURE], S[extra + OF_TIME] = phase[0], phase[1], 0.0
+    for c in range(count):
+        scratch_of(contacts, active[1 + c])[SERIES + AT_Q] = contacts.q[active[1 + c]]
+    for n in range(HIGHEST + 1):
+        row, at, per = width * n, SERIES + COLUMNS * n, unit / (n + 1.0)
+        accelerate(body, S, row, S[row + extra + OF_DRIVE], S, row + 2 * size)
+        for c in range(count):
+            wall = active[1 + c]
+            k, sign, link = scratch_of(contacts, wall), walls.signs[wall], walls.links[wall]
+            if walls.law[wall] == IS_RIGID:
+                k[at + AT_S], k[at + WEIGHT], k[at + DEPTH] = 0.0, (1.0 if n == 0 else 0.0), 0.0
+                continue
+            s = 0.0
+            for i in range(size):
+                s += body.rows[link * size + i] * S[row + size + i]
+            k[at + AT_S] = sign * s
+            force, share = fill(walls, wall, k, n)
+            constant, by_q, by_s = margin(walls, wall)
+            k[at + AT_MARGIN] = by_q * k[at + AT_Q] + by_s * k[at + AT_S]
+            if n == 0:
+                k[at + AT_MARGIN] += constant
+            k[at + FORCE] = force * contacts.pushes[wall]
+            contacts.scales[SCALES * wall + OWN_RATE] = share
+            push_link(body, link, sign * k[at + FORCE], S, row + 2 * size)
+        hold(body, walls, contacts, row + 2 * size, S, contacts.still)
+        S[row + extra + OF_TOTAL] = fill_weights(contacts, n)
+        for c in range(count):
+            wall = active[1 + c]
+            k = scratch_of(contacts, wall)
+            if walls.law[wall] == IS_RIGID:
+                k[at + FORCE] = contacts.forces[wall]
+                k[at + COLUMNS + AT_Q] = 0.0
+            else:
+                rate = per * product(k, int(WEIGHTS_OF_OTHERS), int(AT_S), n)
+                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + OWN_RATE]
+        if n == HIGHEST:
+            break
+        after = row + width
+        for i in range(2 * size):
+            S[after + i] = 0.0
+        drive = quadrature = 0.0
+        for m in range(n + 1):
+            weight, other = per * S[width * m + extra + OF_TOTAL], width * (n - m) + size
+            if weight != 0.0:
+                for i in range(2 * size):
+                    S[after + i] += weight * S[other + i]
+                drive += weight * S[width * (n - m) + extra + OF_DRIVE]
+                quadrature += weight * S[width * (n - m) + extra + OF_QUADRATURE]
+        S[after + extra + OF_DRIVE] = -body.omega * quadrature
+        S[after + extra + OF_QUADRATURE] = body.omega * drive
+        S[after + extra + OF_TIME] = per * S[row + extra + OF_TOTAL]
+
+
+# ---- places on the series ------------------------------------------------------------------------
+
+
+@jit
+def at_theta(S, column, width, x):
+    """Return a column of a series at theta = x units."""
+    total = 0.0
+    for n in range(HIGHEST, -1, -1):
+        total = total * x + S[width * n + column]
+    return total
+
+
+@jit
+def slope_at(S, column, width, x):
+    total = 0.0
+    for n in range(HIGHEST, 0, -1):
+        total = total * x + n * S[width * n + column]
+    return total
+
+
+@jit
+def place_of(S, column, width, x, value):
+    """Return the theta in (0, x] at which a rising column reaches a value, by Newton's method."""
+    low, high, place = 0.0, x, x
+    for _ in range(MOST_NEWTON):
+        miss = value - at_theta(S, column, width, place)
+        if miss == 0.0 or not high - low > 2.0e-16 * high:
+            break
+        if miss > 0.0:
+            low = place
+        else:
+            high = place
+        slope = slope_at(S, column, width, place)
+        guess = place + miss / slope if slope > 0.0 else low
+        if guess == place:
+            break
+        place = guarded(guess, low, high)
+    return place
+
+
+@jit
+def first_zero(k, column, sign, x, table):
+    """Return the first theta in [0, x], in units, at which sign times a column rises to 0.
+
+    Beyond x if there is none, negative if it is lost.
+    """
+    power = 1.0
+    for n in range(HIGHEST + 1):
+        table[AT_R + 4 * n] = power * k[SERIES + COLUMNS * n + column]
+        power *= x
+    bend, jerk = tightened(table, math.inf, math.inf)
+    return x * first_touch(table, 0.0, 1.0, sign, 0.0, bend, jerk)
+
+
+@jit
+def first_rise(body, walls, S, wall, x, table):
+    """Return, as `first_zero`, the first theta in [0, x] at which a wall is touched."""
+    size, sign, gap = body.size, walls.signs[wall], walls.gaps[wall]
+    width, row, power, most = 3 * size + MOTION_COLUMNS, walls.links[wall] * size, 1.0, 0.0
+    for n in range(HIGHEST + 1):
+        r = 0.0
+        for i in range(size):
+            r += body.rows[row + i] * S[width * n + i]
+        table[AT_R + 4 * n] = power * r
+        if n > 0:
+            most += abs(power * r)
+        power *= x
+    if sign * table[AT_R] + most < gap:
+        return 2.0 * x
+    bend, jerk = tightened(table, math.inf, math.inf)
+    return x * first_touch(table, 0.0, 1.0, sign, gap, bend, jerk)
+
+
+@jit
+def largest_of(k, column, x):
+    """Return the largest value of a column of a wall within a step to theta = x units.
+
+    It rises and falls at most once in a step.
+    """
+    a, b = SERIES + column, COLUMNS
+    most = max(k[a], at_theta(k, a, b, x))
+    if not (k[a + b] > 0.0 and slope_at(k, a, b, x) < 0.0):
+        return most
+    low, high = 0.0, x
+    for _ in range(MOST_NEWTON):
+        place = 0.5 * (low + high)
+        if not high - low > 1.0e-9 * x:  # the height errs by the square
+            break
+        if slope_at(k, a, b, place) > 0.0:
+            low = place
+        else:
+            high = place
+    return max(most, at_theta(k, a, b, low))
+
+
+# ---- a step --------------------------------------------------------------------------------------
+
+
+@jit
+def push_all(body, walls, contacts, phase, y, work):
+    """Write the accelerations to work[: size], with the forces of all walls in contact.
+
+    phase: of the instant; the q are those of `contacts`.
+    """
+    active = contacts.active
+    accelerate(body, y, 0, phase[0], work, 0)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] != IS_RIGID:
+            _, s = along(body, walls.links[wall], y, 0)
+            sign = walls.signs[wall]
+            seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
+            push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
+    hold(body, walls, contacts, 0, work, contacts.still)
+
+
+@jit
+def guess_of(body, walls, contacts, phase, rate, y, work):
+    """Return a length of theta near that of a free impact, and fill the scales of the walls.
+
+    It is infinite if no wall in contact has speed or is pressed.
+    """
+    active, scales, length = contacts.active, contacts.scales, math.inf
+    accelerate(body, y, 0, phase[0], work, 0)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        at, external = SCALES * wall, outward_at(body, walls, wall, work, 0)
+        _, s = along(body, walls.links[wall], y, 0)
+        seen = look(walls, wall, contacts.q[wall], walls.signs[wall] * s, external, rate)
+        scales[at + FAST], scales[at + ROOT] = max(seen.fast, abs(s)), seen.root
+        scales[at + OWN_WEIGHT] = seen.weight
+        if walls.law[wall] == IS_RIGID:
+            length = min(length, LONGEST_HELD / rate)
+            continue
+        per = seen.per_theta
+        for d in range(active[0]):
+            other = active[1 + d]
+            if d != c and contacts.q[other] > 0.0:
+                per *= look(walls, other, contacts.q[other], 0.0, 0.0, rate).weight
+        if per > 0.0 and (abs(s) > 0.0 or contacts.q[wall] > 0.0 or external > 0.0):
+            length = min(length, 1.0 / per)
+    return length
+
+
+@jit
+def length_of(body, walls, contacts, longest):
+    """Return the length of a step in units of theta whose last terms are within the tolerance.
+
+    The radius of convergence is read from the last terms of s and q of the walls in contact, and of
+    the forces of rigid ones.
+    """
+    active, scales, radius = contacts.active, contacts.scales, math.inf
+    for c in range(active[0]):
+        wall = active[1 + c]
+        k = scratch_of(contacts, wall)
+        if walls.law[wall] == IS_RIGID:
+            continue  # its motion is that of the other walls, or a flight's
+        fast, root = log(scales[SCALES * wall + FAST]), log(scales[SCALES * wall + ROOT])
+        for n in range(HIGHEST - LAST_POWERS + 1, HIGHEST + 1):
+            last = abs(k[SERIES + COLUMNS * n + AT_S])
+            if last > TINIEST:
+                radius = min(radius, (fast - log(last)) / n)
+            last = abs(k[SERIES + COLUMNS * n + AT_Q])
+            if last > TINIEST:
+                radius = min(radius, (root - log(last)) / n)
+    granted = log(LAST_TERMS * max(contacts.tolerance, LEAST_GRANTED)) / HIGHEST
+    return min(exp(radius + granted), longest)
+
+
+@jit
+def end_state(body, contacts, x, y):
+    """Write the state at theta = x units into y."""
+    S, size = contacts.series, body.size
+    width = 3 * size + MOTION_COLUMNS
+    for i in range(2 * size):
+        y[i] = S[width * HIGHEST + i]
+    for n in range(HIGHEST - 1, -1, -1):
+        for i in range(2 * size):
+            y[i] = y[i] * x + S[width * n + i]
+
+
+@jit
+def defect_of(body, walls, contacts, phase, x, y, work):
+    """Return the error of a step to theta = x units, relative to the scales of impacts.
+
+    It is x / (N + 1) of the defect of the equations at the end y; phase: that there; work: (size,)
+    accelerations.
+    """
+    active, scales, count = contacts.active, contacts.scales, contacts.active[0]
+    unit, total, missing = contacts.unit[0], 1.0, 0.0
+    accelerate(body, y, 0, phase[0], work, 0)
+    for c in range(count):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            scales[SCALES * wall + OWN_WEIGHT] = 1.0
+            continue
+        sign, k = walls.signs[wall], scratch_of(contacts, wall)
+        _, s = along(body, walls.links[wall], y, 0)
+        q = max(at_theta(k, SERIES + AT_Q, COLUMNS, x), 0.0)
+        seen = look(walls, wall, q, sign * s, 0.0, body.omega)
+        push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
+        scales[SCALES * wall + OWN_WEIGHT] = seen.weight
+        scales[SCALES * wall + OWN_RATE] = seen.rate
+        total *= seen.weight
+    hold(body, walls, contacts, 0, work, contacts.still)
+    for c in range(count):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            continue
+        k, at, others = scratch_of(contacts, wall), SCALES * wall, unit
+        for d in range(count):
+            if d != c:
+                others *= scales[SCALES * active[1 + d] + OWN_WEIGHT]
+        off = slope_at(k, SERIES + AT_S, COLUMNS, x)
+        off -= unit * total * outward_at(body, walls, wall, work, 0)
+        missing += abs(off) / scales[at + FAST]
+        off = slope_at(k, SERIES + AT_Q, COLUMNS, x) - others * scales[at + OWN_RATE]
+        missing += abs(off) / scales[at + ROOT]
+    return x * missing / (HIGHEST + 1.0)
+
+
+# ---- from touch to release -----------------------------------------------------------------------
+
+
+class PreparedHost(NamedTuple):
+    """One host prepared for orbits."""
+
+    body: Any  # `body.Body`
+    grid: Any  # `grid.HostGrid`
+    walls: Any  # `walls.Walls`
+    contacts: Any  # `walls.Contacts`
+    impacts: Any  # `Impacts`
+    scratch: Any  # `host_flight.Scratch`
+
+
+class Impacts(NamedTuple):
+    """The impacts one by one: rows of the columns OF_WALL, OF_TOUCH ... OF_DEEPEST."""
+
+    data: Any  # ROW_OF_IMPACT numbers of each; all arrays are rows, in inner kernels bare ones
+    filled: Any  # (1,) begun, also beyond the room
+    room: int
+
+
+OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST = range(6)
+ROW_OF_IMPACT = 6
+
+
+@jit
+def bare_impacts(impacts):
+    return Impacts(bare(impacts.data), bare(impacts.filled), impacts.room)
+
+
+@jit
+def begin(body, walls, contacts, impacts, wall, time, y):
+    """Add a wall that is touched at `time` [s] to those in contact, and begin its row."""
+    active, row = contacts.active, impacts.filled[0]
+    _, s = along(body, walls.links[wall], y, 0)
+    contacts.rows[wall] = row
+    impacts.filled[0] += 1
+    if row < impacts.room:
+        data, at = impacts.data, ROW_OF_IMPACT * row
+        data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan
+        data[at + OF_SPEED], data[at + OF_DEEPEST] = walls.signs[wall] * s, 0.0
+        data[at + OF_LARGEST] = math.inf if walls.law[wall] == IS_RIGID else 0.0
+    active[0] += 1
+    active[active[0]] = wall
+    contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
+
+
+@jit
+def strike(host, wall, time, phase, y):
+    """Take the impact with a rigid wall, and with others that are touched at the same instant.
+
+    By Newton's law for all at once: each s turns into -e s, and walls that hold keep s = 0. A wall
+    holds from then on if rebounds from -e s end in rest within a negligible time.
+    """
+    body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
+    active, size, before = contacts.active, body.size, contacts.active[0]
+    work, rate = host.scratch.work, host.grid.rate
+    begin(body, walls, contacts, impacts, wall, time, y)
+    for other in range(walls.number):
+        r, s = along(body, walls.links[other], y, 0)
+        r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
+        is_there = abs(r - gap) <= 4.0e-15 * (abs(gap) + abs(r)) and s > 0.0
+        for c in range(active[0]):
+            is_there = is_there and active[1 + c] != other
+        if is_there and walls.law[other] == IS_RIGID:
+            begin(body, walls, contacts, impacts, other, time, y)
+    # at rest on all of them
+    for i in range(size):
+        work[size + i], work[2 * size + i] = y[size + i], y[size + i]
+    hold(body, walls, contacts, size, work, contacts.still)
+    for i in range(size):
+        y[size + i] = work[size + i]
+    struck = active[0]
+    active[0] = before
+    push_all(body, walls, contacts, phase, y, work)
+    active[0] = struck
+    for c in range(before, struck):
+        other = active[1 + c]
+        e, pressing = restitution(walls, other), outward_at(body, walls, other, work, 0)
+        s = e * outward_at(body, walls, other, work, 2 * size)
+        stays = pressing > 0.0 and rate * s <= BRIEF * pressing and (e < 1.0 or s == 0.0)
+        contacts.rebounds[other] = 0.0 if stays else e
+        contacts.pushes[other] = 1.0 if stays else 0.0
+    for i in range(size):
+        y[size + i] = work[2 * size + i]
+    hold(body, walls, contacts, size, y, contacts.rebounds)
+    for c in range(struck - 1, before - 1, -1):
+        if contacts.pushes[active[1 + c]] == 0.0:
+            release(body, walls, contacts, impacts, 1 + c, time, y)
+    for other in range(walls.number):
+        contacts.rebounds[other] = 0.0
+
+
+@jit
+def release(body, walls, contacts, impacts, place, time, y):
+    """Remove the wall at a place of `active`, and put the state back on it."""
+    active = contacts.active
+    wall = active[place]
+    for c in range(place, active[0]):
+        active[c] = active[c + 1]
+    active[0] -= 1
+    put_on(body, walls, wall, y)
+    turn_away(body, walls, wall, y)
+    row = contacts.rows[wall]
+    if 0 <= row < impacts.room:
+        impacts.data[ROW_OF_IMPACT * row + OF_RELEASE] = time
+
+
+@jit
+def put_on(body, walls, wall, y):
+    """Move the bodies so that r is at a wall, which it left or holds within round-off."""
+    link = walls.links[wall]
+    r, _ = along(body, link, y, 0)
+    excess = (r - walls.signs[wall] * walls.gaps[wall]) / walls.inverse[wall]
+    push_link(body, link, excess, y, 0)
+
+
+@jit
+def turn_away(body, walls, wall, y):
+    """Change the velocities by round-off, if it takes that to lead away from a wall."""
+    link, size, scale = walls.links[wall], body.size, 0.0
+    for i in range(size):
+        scale += abs(body.rows[link * size + i] * y[size + i])
+    _, s = along(body, link, y, 0)
+    excess = walls.signs[wall] * s + 4.0e-16 * scale
+    if excess > 0.0:
+        push_link(body, link, walls.signs[wall] * excess / walls.inverse[wall], y, size)
+
+
+@jit
+def note_step(walls, contacts, impacts, x):
+    """Raise the largest force and depth of the impacts under way by those of a step."""
+    active = contacts.active
+    for c in range(active[0]):
+        wall = active[1 + c]
+        k, row = scratch_of(contacts, wall), contacts.rows[wall]
+        if 0 <= row < impacts.room and walls.law[wall] != IS_RIGID:
+            data, at = impacts.data, ROW_OF_IMPACT * row
+            data[at + OF_DEEPEST] = max(data[at + OF_DEEPEST], largest_of(k, int(DEPTH), x))
+            data[at + OF_LARGEST] = max(data[at + OF_LARGEST], largest_of(k, int(FORCE), x))
+
+
+@jit
+def leave_at_rest(body, walls, contacts, phase, left, rate, y, work):
+    """Move past touches that steps in theta cannot leave, for `left` [s]; return (time, phase).
+
+    At a touch without speed the depth grows as a t^2 / 2 under an acceleration a, and at two walls
+    that are touched at one instant dt/dtheta has a double zero. For so short a time the contacts'
+    forces are round-off.
+    """
+    active, touched, time = contacts.active, 0, 0.0
+    accelerate(body, y, 0, phase[0], work, 0)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if contacts.q[wall] > 0.0 or walls.law[wall] == IS_RIGID:
+            continue
+        touched += 1
+        _, s = along(body, walls.links[wall], y, 0)
+        s *= walls.signs[wall]
+        external = outward_at(body, walls, wall, work, 0)
+        if external > 0.0:
+            soon = SOON / rate
+            depth, _ = start_of(walls, wall, external, 0.0)
+            depth = min(depth, 0.5 * external * soon * soon)
+            if 0.5 * s * s / external < depth:
+                time = max(time, (math.sqrt(2.0 * external * depth) - s) / external)
+    if touched > 1:
+        time = max(time, SOON * SOON / rate)
+    time = min(time, left)
+    if time > 0.0:
+        phase = move(body, phase, time, y, work)
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if contacts.q[wall] == 0.0 and walls.law[wall] != IS_RIGID:
+                r, _ = along(body, walls.links[wall], y, 0)
+                depth = max(walls.signs[wall] * r - walls.gaps[wall], 0.0)
+                _, contacts.q[wall] = start_of(walls, wall, 0.0, depth)
+    return time, phase
+
+
+ENDS, SWITCHES, TOUCHED = range(3)  # what ends a step, unless its length or the period
+
+
+@jit
+def first_event(body, walls, contacts, h, table):
+    """Return (length of the step, event, place in `active` or wall); ENDS with place 0: none.
+
+    The length is negative if an event is lost.
+    """
+    active, S, event, place = contacts.active, contacts.series, ENDS, 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        k = scratch_of(contacts, wall)
+        column = int(FORCE) if walls.law[wall] == IS_RIGID else int(AT_Q)
+        x = first_zero(k, column, -1.0, h, table)
+        if x < 0.0:
+            return x, event, place
+        if x <= h:
+            h, event, place = x, ENDS, 1 + c
+        if margin(walls, wall)[2] > 0.0:
+            sense = -1.0 if contacts.pushes[wall] == 1.0 else 1.0
+            x = first_zero(k, int(AT_MARGIN), sense, h, table)
+            if x < 0.0:
+                return x, event, place
+            if x < h:
+                h, event, place = x, SWITCHES, 1 + c
+    for wall in range(walls.number):
+        is_active = False
+        for c in range(active[0]):
+            is_active = is_active or active[1 + c] == wall
+        if not is_active:
+            x = first_rise(body, walls, S, wall, h, table)
+            if x < 0.0:
+                return x, event, place
+            if x < h or (x == h and place == 0):
+                h, event, place = x, TOUCHED, wall
+    return h, event, place
+
+
+@jit
+def follow(host, begun, y):
+    """Follow the walls in contact until the last one is released, or to cell `stop`.
+
+    begun: (j, x, `stop`, time [s] of the period's beginning); y: the state, advanced in place.
+    Returns (j, x), or (LOST_TOUCH, x) if an event is lost or there are too many steps.
+    """
+    body, grid, walls, contacts, impacts, scratch = host
+    (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
+    size, table, rate = body.size, scratch.polynomial, grid.rate
+    width, first = 3 * size + MOTION_COLUMNS, 3 * size
+    elapsed, left = 0.0, (stop - j - x) * grid.h
+    touched_at = origin + (j + x) * grid.h
+    for step in range(MOST_STEPS):
+        if active[0] == 0:
+            break
+        if step == MOST_STEPS - 1:
+            return LOST_TOUCH, x
+        phase = phase_of(grid, j, x + elapsed / grid.h)
+        took, phase = leave_at_rest(body, walls, contacts, phase, left - elapsed, rate, y, work)
+        elapsed += took
+        if not elapsed < left:
+            return stop, 0.0
+        longest = guess_of(body, walls, contacts, phase, rate, y, work)
+        if not longest < math.inf:  # without speed and pushed off: the contacts are over
+            while active[0] > 0:
+                release(body, walls, contacts, impacts, 1, touched_at + elapsed, y)
+            break
+        unit = power_of_two(min(max(exponent_of(longest), LEAST_UNIT), LARGEST_UNIT))
+        contacts.unit[0] = unit
+        expand(body, walls, contacts, phase, unit, y)
+        h = length_of(body, walls, contacts, longest / unit)
+        event, place, stopped = ENDS, 0, False
+        for attempt in range(MOST_ATTEMPTS):
+            h, event, place = first_event(body, walls, contacts, h, table)
+            if h < 0.0:
+                return LOST_TOUCH, x
+            took = at_theta(S, first + OF_TIME, width, h)
+            stopped = took > left - elapsed
+            if stopped:
+                took = left - elapsed
+                h, event, place = place_of(S, first + OF_TIME, width, h, took), ENDS, 0
+            end_state(body, contacts, h, contacts.end)
+            end = phase_of(grid, j, x + (elapsed + took) / grid.h)
+            doubt = defect_of(body, walls, contacts, end, h, contacts.end, work)
+            if not doubt > contacts.tolerance or attempt > MOST_REPEATS:
+                break
+            h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
+        note_step(walls, contacts, impacts, h)
+        for i in range(2 * size):
+            y[i] = contacts.end[i]
+        for c in range(active[0]):
+            wall = active[1 + c]
+            q = at_theta(scratch_of(contacts, wall), SERIES + AT_Q, COLUMNS, h)
+            contacts.q[wall] = max(q, 0.0)
+            if walls.law[wall] == IS_RIGID:
+                put_on(body, walls, wall, y)
+        elapsed += took
+        time = touched_at + elapsed
+        if event == TOUCHED:
+            end = phase_of(grid, j, x + elapsed / grid.h)
+            if walls.law[place] == IS_RIGID:
+                strike(host, place, time, end, y)
+            else:
+                begin(body, walls, contacts, impacts, place, time, y)
+        elif event == SWITCHES:
+            wall = active[place]
+            contacts.pushes[wall] = 1.0 - contacts.pushes[wall]
+        elif place > 0:
+            release(body, walls, contacts, impacts, place, time, y)
+        if stopped:
+            return stop, 0.0
+    at = x + elapsed / grid.h
+    whole = int(at)
+    if j + whole >= stop:
+        return stop, 0.0
+    return j + whole, at - whole

@@ -1,0 +1,168 @@
+"""From a state to the next touch of any wall, certified, or to the end of a flight.
+
+In a cell of some level the ends and the bound of r'''' prove by cubics (`roots`) that no wall is
+touched; if they do not, the next level is tried, and in a smallest cell the Taylor polynomial of r
+decides (`touch.first_touch`). A touch that is lost there ends the orbit with a code.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..motion.flight import ORDER
+from ..numerics.compiling import jit
+from ..numerics.elementary import cos_sin_of_turn
+from ..numerics.roots import highest, only_rises
+from ..watch.touch import AT_R, LOST, first_touch, tightened
+from .body import along, move
+
+
+class Scratch(NamedTuple):
+    """Scratch of an orbit; each array is one row, in inner kernels a bare row."""
+
+    end: Any  # (2 size,) the state at the end of a cell
+    work: Any  # (3 size,) of `body.move`
+    gaps: Any  # 4 links: r and s at the beginning of a cell, and at its end
+    polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
+
+
+@jit
+def advance(body, grid, level, at, y, out):
+    """Write the state at the end of a cell of a level that begins at smallest cell `at`."""
+    N = 2 * body.size
+    w, row = grid.propagators, level * (N + 2) * N
+    c, d = grid.phases[2 * at], grid.phases[2 * at + 1]
+    a, b = row + N * N, row + N * N + N
+    for i in range(N):
+        out[i] = w[a + i] * c + w[b + i] * d
+    for j in range(0, N, 2):  # N is even; two columns at a time
+        first, second, column = y[j], y[j + 1], row + N * j
+        for i in range(N):
+            out[i] += w[column + i] * first + w[column + N + i] * second
+
+
+@jit
+def read_gaps(body, y, gaps, to):
+    for link in range(body.links):
+        gaps[to + 2 * link], gaps[to + 2 * link + 1] = along(body, link, y, 0)
+
+
+@jit
+def bound_of(body, grid, link, y, gaps):
+    """Return the bound of |r''''| of a link [m/s^4] over a coarse cell that begins with y."""
+    total, row, n = grid.forced[link], link * body.size, body.modes
+    for i in range(n):
+        place, rate = grid.scales[i] * y[i], y[body.size + i]
+        total += grid.fourth[row + i] * math.sqrt(place * place + rate * rate)
+    # links of masses come in the order of the masses, before those without
+    for i in range(n, body.size):
+        place, rate = grid.scales[i] * gaps[2 * (i - n)], gaps[2 * (i - n) + 1]
+        total += grid.fourth[row + i] * math.sqrt(place * place + rate * rate)
+    return total
+
+
+@jit
+def is_clear(walls, wall, h, gaps, links, fourth):
+    """Return True if a wall is proven not to be touched in a cell.
+
+    gaps: r and s of links at the beginning, and behind them those at the end; fourth: the bound of
+    r'''' times h^4. A start at the wall that moves away is clear.
+    """
+    at, sign, gap = 2 * walls.links[wall], walls.signs[wall], walls.gaps[wall]
+    end = at + 2 * links
+    f0, f1 = sign * gaps[at], sign * gaps[end]
+    g0, g1 = sign * gaps[at + 1] * h, sign * gaps[end + 1] * h
+    if highest(f0, f1, g0, g1, fourth) < gap:
+        return True
+    slack = 4.0e-16 * (abs(gap) + abs(f0) + abs(g0))
+    return f0 <= gap + slack and only_rises(-f0, -f1, -g0, -g1, fourth)
+
+
+@jit
+def touch_in_smallest(body, grid, walls, wall, y, phase, end, table):
+    """Return the place in [0, end] of a smallest cell from y where a wall is touched; NOWHERE."""
+    N, link = 2 * body.size, walls.links[wall]
+    row, w = link * (ORDER + 1) * (N + 2), grid.polynomials
+    for k in range(ORDER + 1):
+        r = w[row + N] * phase[0] + w[row + N + 1] * phase[1]
+        for j in range(N):
+            r += w[row + j] * y[j]
+        table[AT_R + 4 * k] = r
+        row += N + 2
+    bend, jerk = tightened(table, math.inf, math.inf)
+    return first_touch(table, 0.0, end, walls.signs[wall], walls.gaps[wall], bend, jerk)
+
+
+@jit
+def phase_of(grid, j, x):
+    """Return (cos, sin) of the phase at place x of smallest cell j."""
+    if x == 0.0:
+        return grid.phases[2 * j], grid.phases[2 * j + 1]
+    return cos_sin_of_turn((j + x) / grid.cells)
+
+
+FLOWN, LOST_TOUCH = -1, -2  # `fly` without a touch: at its stop, or astray
+
+
+@jit
+def fly(body, grid, walls, scratch, begun, stop, y):
+    """Fly from place x of smallest cell j to the next touch or to the beginning of cell `stop`.
+
+    begun: (j, x); y: the state, advanced in place. Returns (wall, j, x), FLOWN at `stop`.
+    """
+    j, x = begun
+    links, gaps, end = body.links, scratch.gaps, scratch.end
+    known = False  # whether the gaps at the beginning are those of y
+    while j < stop:
+        if x == 0.0:
+            if not known:
+                read_gaps(body, y, gaps, 0)
+            known = True
+            level, clear = 0, False
+            while level < grid.levels and j & ((1 << (grid.levels - level)) - 1) != 0:
+                level += 1
+            while True:
+                advance(body, grid, level, j, y, end)
+                read_gaps(body, end, gaps, 2 * links)
+                h = grid.h * (1 << (grid.levels - level))
+                h2 = h * h
+                clear, link, fourth = True, -1, 0.0
+                for wall in range(walls.number):
+                    if walls.links[wall] != link:
+                        link = walls.links[wall]
+                        fourth = bound_of(body, grid, link, y, gaps) * (h2 * h2)
+                    clear = clear and is_clear(walls, wall, h, gaps, links, fourth)
+                if clear or level == grid.levels:
+                    break
+                level += 1
+            if clear:
+                for i in range(2 * body.size):
+                    y[i] = end[i]
+                for i in range(2 * links):
+                    gaps[i] = gaps[2 * links + i]
+                j += 1 << (grid.levels - level)
+                continue
+        # a smallest cell, from place x on
+        phase, first, touched = phase_of(grid, j, x), 1.0 - x, FLOWN
+        for wall in range(walls.number):
+            place = touch_in_smallest(body, grid, walls, wall, y, phase, first, scratch.polynomial)
+            if place == LOST:
+                return LOST_TOUCH, j, x
+            if place < first or (place == first and touched == FLOWN):
+                first, touched = place, wall
+        known = False
+        if x == 0.0 and touched == FLOWN:
+            for i in range(2 * body.size):
+                y[i] = end[i]
+            j += 1
+            continue
+        move(body, phase, first * grid.h, y, scratch.work)
+        if touched == FLOWN:
+            j, x = j + 1, 0.0
+            continue
+        x += first
+        if x >= 1.0:
+            j, x = j + 1, 0.0
+        return touched, j, x
+    return FLOWN, j, 0.0

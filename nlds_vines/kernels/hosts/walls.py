@@ -1,0 +1,255 @@
+"""The walls of a host, each with a contact law of its own, and the state of those in contact.
+
+Walls of all laws stand in the same rows; a law is a number that chooses the law's kernels, so that
+one compilation serves all hosts.
+
+A compliant wall pushes with its law's force. A force that would attract is switched off where its
+`margin` m0 + mq q + ms s falls through zero, until it rises again. A rigid wall that holds a damper
+pushes with the force that keeps s = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..events.contact import FAINT
+from ..numerics.compiling import jit
+from ..numerics.deciding import says
+from ..numerics.fours import bare, from_place
+from ..scene.law import (
+    AT_Q,
+    AT_S,
+    COLUMNS,
+    DEPTH,
+    ELASTIC,
+    SCRATCH,
+    SERIES,
+    WEIGHT,
+    contact_terms,
+    damped_term,
+    depth_of,
+    faint,
+    force_of,
+    made,
+    pressed,
+    rate_of_q,
+    reach_of,
+    root_of,
+    turn_of,
+    weight_of,
+)
+
+
+class Walls(NamedTuple):
+    """The walls of all links; each array is one row, in inner kernels a bare row."""
+
+    number: int
+    links: Any  # (number,) the link whose r a wall limits
+    signs: Any  # (number,) 1.0: r <= gap; -1.0: -r <= gap
+    gaps: Any  # (number,) [m]
+    inverse: Any  # (number,) 1 / mu of the bodies [1/kg]
+    laws: Any  # `Laws`
+    law: Any  # (number,) IS_HERTZ ...
+    constants: Any  # (number,) records with the constants of laws
+
+
+class Laws(NamedTuple):
+    """A wall of each law, of which only the type matters."""
+
+    hertz: Any
+    power: Any
+    damped: Any  # of power and of Hertz' law
+    linear: Any
+    pulling: Any  # linear, with a joint that may pull
+    rigid: Any
+
+
+IS_HERTZ, IS_POWER, IS_DAMPED, IS_SPRING, IS_PULLING, IS_RIGID = range(6)
+
+
+class Contacts(NamedTuple):
+    """The walls in contact, their series and scratch; arrays as in `Walls`."""
+
+    active: Any  # (walls + 1,) number of walls in contact, and which
+    q: Any  # (walls,)
+    pushes: Any  # (walls,) 1 where the force acts, 0 where it is switched off
+    rows: Any  # (walls,) of the impact under way in `Impacts`, -1 if it is not recorded
+    scratch: Any  # SCRATCH numbers of each wall (`law`)
+    series: Any  # (HIGHEST + 1) powers of the motion's columns, one after the other
+    scales: Any  # (SCALES walls,) of a step
+    unit: Any  # (1,) of theta in the series
+    end: Any  # (2 size,) the state at the end of a step
+    forces: Any  # (walls,) of rigid walls [N]
+    matrix: Any  # (walls, walls + 1) scratch for them
+    rebounds: Any  # (walls,) e of walls that are struck
+    still: Any  # (walls,) zeros: of walls that hold
+    tolerance: float
+
+
+# Places of a wall in `scales`: a speed and a q of its impact, dt/dtheta and dq/dtheta of its own
+FAST, ROOT, OWN_WEIGHT, OWN_RATE = range(4)
+SCALES = 4
+
+
+@jit
+def bare_walls(walls):
+    return Walls(
+        walls.number, bare(walls.links), bare(walls.signs), bare(walls.gaps), bare(walls.inverse),
+        walls.laws, bare(walls.law), walls.constants,
+    )  # fmt: skip
+
+
+@jit
+def bare_contacts(c):
+    return Contacts(
+        bare(c.active), bare(c.q), bare(c.pushes), bare(c.rows), bare(c.scratch), bare(c.series),
+        bare(c.scales), bare(c.unit), bare(c.end), bare(c.forces), c.matrix, bare(c.rebounds),
+        bare(c.still), c.tolerance,
+    )  # fmt: skip
+
+
+@jit
+def scratch_of(contacts, wall):
+    return from_place(contacts.scratch, SCRATCH * wall)
+
+
+class Reduced(NamedTuple):
+    """The bodies of a wall, as `law.made` takes them."""
+
+    inv_mu: float  # 1 / mu [1/kg]
+
+
+@jit
+def wall_of(sort, walls, wall):
+    return made(sort, walls.gaps[wall], Reduced(walls.inverse[wall]), walls.constants[wall])
+
+
+# ---- kernels for a wall of one law ---------------------------------------------------------------
+
+
+@jit
+def fill_wall(wall, k, n):
+    """Fill coefficient n of a wall's terms; return (coefficient of its force, 1 / p of z = q^p)."""
+    row = SERIES + COLUMNS * n
+    if says(wall, "LINEAR"):
+        k[row + DEPTH], k[row + WEIGHT] = k[row + AT_Q], (1.0 if n == 0 else 0.0)
+        return wall.kc * k[row + AT_Q] + wall.cc * k[row + AT_S], 1.0
+    contact_terms(wall, k, n)
+    return wall.K * damped_term(wall, k, int(ELASTIC), n), rate_of_q(wall, 1.0)
+
+
+class Seen(NamedTuple):
+    """A wall in contact at an instant."""
+
+    weight: float  # dt/dtheta of its own
+    force: float  # [N]
+    rate: float  # dq/dtheta of its own
+    fast: float  # the approach speed of a free impact of this energy [m/s]
+    root: float  # q where it turns
+    per_theta: float  # free impacts per unit of its own theta
+
+
+@jit
+def seen_at(wall, inverse, q, s, external, rate):
+    if says(wall, "LINEAR"):
+        own = math.sqrt(wall.kc * inverse)
+        deep = max(q, abs(s) / own)
+        quick = max(own, rate) + wall.cc * inverse
+        force = wall.kc * q + wall.cc * s
+        return Seen(1.0, force, s, max(own * q, abs(s)), deep, quick)
+    z = depth_of(wall, q)
+    reach = reach_of(wall, q, z, s)
+    cube, root = turn_of(wall, reach)
+    span = min(root, 2.0 * max(q, root_of(wall, abs(s) / rate)))
+    swing = rate * weight_of(wall, span)
+    square = wall.kappa * cube + pressed(wall, external) + swing * swing
+    return Seen(
+        weight_of(wall, q), force_of(wall, q, z, s), rate_of_q(wall, s), wall.speed * reach, root,
+        max(math.sqrt(square) / wall.whole, swing),
+    )  # fmt: skip
+
+
+@jit
+def margin_of(wall):
+    """Return (m0, mq, ms): the force acts where m0 + mq q + ms s is positive."""
+    if says(wall, "LINEAR"):
+        if wall.pulls is None:
+            return 0.0, wall.kc, wall.cc
+        return 1.0, 0.0, 0.0
+    if wall.damping is None:
+        return 1.0, 0.0, 0.0
+    return 1.0, 0.0, wall.damping.a
+
+
+@jit
+def begin_at(wall, external, depth):
+    """Return (the depth up to which the contact's force is round-off, q at a `depth`)."""
+    if says(wall, "LINEAR"):
+        return 0.0, depth
+    return faint(wall, FAINT * external / wall.kappa), root_of(wall, depth)
+
+
+# ---- the same for a wall of any law --------------------------------------------------------------
+
+
+@jit
+def fill(walls, wall, k, n):
+    laws, law, result = walls.laws, walls.law[wall], (0.0, 0.0)
+    if law == IS_HERTZ:
+        result = fill_wall(wall_of(laws.hertz, walls, wall), k, n)
+    if law == IS_POWER:
+        result = fill_wall(wall_of(laws.power, walls, wall), k, n)
+    if law == IS_DAMPED:
+        result = fill_wall(wall_of(laws.damped, walls, wall), k, n)
+    if law == IS_SPRING:
+        result = fill_wall(wall_of(laws.linear, walls, wall), k, n)
+    if law == IS_PULLING:
+        result = fill_wall(wall_of(laws.pulling, walls, wall), k, n)
+    return result
+
+
+@jit
+def look(walls, wall, q, s, external, rate):
+    laws, law, b = walls.laws, walls.law[wall], walls.inverse[wall]
+    result = Seen(1.0, 0.0, 0.0, abs(s), 0.0, rate)
+    if law == IS_HERTZ:
+        result = seen_at(wall_of(laws.hertz, walls, wall), b, q, s, external, rate)
+    if law == IS_POWER:
+        result = seen_at(wall_of(laws.power, walls, wall), b, q, s, external, rate)
+    if law == IS_DAMPED:
+        result = seen_at(wall_of(laws.damped, walls, wall), b, q, s, external, rate)
+    if law == IS_SPRING:
+        result = seen_at(wall_of(laws.linear, walls, wall), b, q, s, external, rate)
+    if law == IS_PULLING:
+        result = seen_at(wall_of(laws.pulling, walls, wall), b, q, s, external, rate)
+    return result
+
+
+@jit
+def margin(walls, wall):
+    laws, law, result = walls.laws, walls.law[wall], (1.0, 0.0, 0.0)
+    if law == IS_DAMPED:
+        result = margin_of(wall_of(laws.damped, walls, wall))
+    if law == IS_SPRING:
+        result = margin_of(wall_of(laws.linear, walls, wall))
+    return result
+
+
+@jit
+def start_of(walls, wall, external, depth):
+    laws, law, result = walls.laws, walls.law[wall], (0.0, 0.0)
+    if law == IS_HERTZ:
+        result = begin_at(wall_of(laws.hertz, walls, wall), external, depth)
+    if law == IS_POWER:
+        result = begin_at(wall_of(laws.power, walls, wall), external, depth)
+    if law == IS_DAMPED:
+        result = begin_at(wall_of(laws.damped, walls, wall), external, depth)
+    if law in (IS_SPRING, IS_PULLING):
+        result = 0.0, depth
+    return result
+
+
+@jit
+def restitution(walls, wall):
+    return wall_of(walls.laws.rigid, walls, wall).e

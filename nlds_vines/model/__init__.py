@@ -11,6 +11,8 @@ In reading order:
     catalog          the named systems, and the files that come with the program
     labels           regimes by name; the most frequent and the coexisting ones of many orbits
     linear_response  the motion without contact in closed form
+    host             linear structures of any number of degrees of freedom: frames, beams, chains
+    host_system      a host with dampers and walls
     slow_manifold    the 1:1 response of a free mass between two walls in closed form
     setting          the settings of requests; documents read, merged and validated
     loads/           forces and ground accelerations over time

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import inf, pi
+from typing import Any
 
 import numpy as np
 
@@ -115,6 +117,29 @@ HERTZ = Law(
     force=_of_power,
 )
 """The paper's law, and the default of every system."""
+
+
+@lru_cache(maxsize=64)  # of many systems with one contact, the first computes it
+def hertz_stiffness(*constants: Any) -> Any:
+    """Return the contact stiffness K [N/m^1.5] of two elastic bodies, by equation (4).
+
+    K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
+    """
+    E1, E2, nu1, nu2, A, B, q1 = (np.asarray(value, dtype=np.float64) for value in constants)
+    if np.any(A + B <= 0):
+        raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
+    with np.errstate(all="ignore"):
+        d1 = (1 - nu1 * nu1) / (pi * E1)
+        d2 = (1 - nu2 * nu2) / (pi * E2)
+        stiffness = np.asarray((4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B)))
+    wrong = stiffness[~(np.isfinite(stiffness) & (stiffness > 0))]
+    if wrong.size:
+        raise RequestError(
+            f"K = {float(wrong[0])!r} is not allowed: "
+            "the contact constants must give a stiffness > 0 and finite"
+        )
+    return stiffness
+
 
 _LAWS = (
     HERTZ,

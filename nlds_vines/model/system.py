@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from math import pi
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from nlds_vines.model.parameters import (
     SECOND,
     STRUCTURE,
     Law,
+    hertz_stiffness,
 )
 from nlds_vines.model.ratios import (
     following,
@@ -39,6 +40,10 @@ from nlds_vines.model.ratios import (
     without_ratios,
 )
 from nlds_vines.model.scenes import BASES, SCENES, Scene
+
+if TYPE_CHECKING:
+    from nlds_vines.model.host import Host
+    from nlds_vines.model.host_system import Damper, HostSystem
 
 _FIELDS = {  # of a cell, by parameters that are copied; a single mass has names of its own
     **{name: name for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")},
@@ -160,6 +165,59 @@ class System(Outlined):
     def _set(self, **tables: Mapping[str, Any]) -> None:
         self.__dict__.update({k: MappingProxyType(dict(v)) for k, v in tables.items()})
         _ = self._cell  # which refuses parameters out of proportion
+
+    @staticmethod
+    def from_host(
+        host: Host,
+        dampers: Sequence[Damper] = (),
+        *,
+        omega: float,
+        force: Mapping[str, float] | None = None,
+        base: Mapping[str, Any] | None = None,
+    ) -> HostSystem:
+        """Return the system of a host with dampers, for `simulate`.
+
+        Parameters
+        ----------
+        host : Host
+            A linear structure.
+        dampers : sequence of Damper, optional
+            The dampers that are attached to it.
+        omega : float
+            Frequency [rad/s] of the force or of the ground's motion.
+        force : mapping of str to float, optional
+            Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
+        base : mapping, optional
+            In its place, the motion of the ground: `acceleration`, its amplitude [m/s^2], and
+            `influence`, "all".  States are then relative to the ground.
+
+        Returns
+        -------
+        HostSystem
+            The system, of kind "host".
+
+        Raises
+        ------
+        RequestError
+            For an unknown degree of freedom, a name that stands twice, a degree of freedom that no
+            mode moves, and unless exactly one of `force` and `base` is given.
+
+        See Also
+        --------
+        Host, Damper, Wall
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+        >>> cell = nv.Damper("cell", attached_to="roof", m=900.0, walls=[nv.Wall(0.05, K=1e8)])
+        >>> system = nv.System.from_host(frame, [cell], force={"roof": 700.0}, omega=12.6)
+        >>> system.scene.components[-2:]
+        ('cell', 'v_cell')
+        """
+        from nlds_vines.model.host_system import system_from_host
+
+        return system_from_host(host, dampers, force, base, omega)
 
     def heading(self) -> str:
         """Return its name and title."""
@@ -446,30 +504,9 @@ def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) ->
         if is_hertz and "K" + ending not in values:
             of_hertz = tuple(values[name] for name in CONTACT)
             is_one = all(isinstance(value, float) for value in of_hertz)
-            constants["K"] = (_stiffness if is_one else _stiffness.__wrapped__)(*of_hertz)
+            stiffness = hertz_stiffness if is_one else hertz_stiffness.__wrapped__
+            constants["K"] = stiffness(*of_hertz)
     return cells
-
-
-@lru_cache(maxsize=64)  # of many systems with one contact, the first computes it
-def _stiffness(*constants: Any) -> Any:
-    """Return the contact stiffness K [N/m^1.5] of two elastic bodies, by equation (4).
-
-    K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
-    """
-    E1, E2, nu1, nu2, A, B, q1 = (np.asarray(value, dtype=np.float64) for value in constants)
-    if np.any(A + B <= 0):
-        raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
-    with np.errstate(all="ignore"):
-        d1 = (1 - nu1 * nu1) / (pi * E1)
-        d2 = (1 - nu2 * nu2) / (pi * E2)
-        stiffness = np.asarray((4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B)))
-    wrong = stiffness[~(np.isfinite(stiffness) & (stiffness > 0))]
-    if wrong.size:
-        raise RequestError(
-            f"K = {float(wrong[0])!r} is not allowed: "
-            "the contact constants must give a stiffness > 0 and finite"
-        )
-    return stiffness
 
 
 def _force(scene: Scene, values: Mapping[str, Any]) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import typing
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -19,10 +20,12 @@ from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import as_system
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.host_orbits import HostOrbit, HostOrbits, follow_host, host_record
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
@@ -58,7 +61,7 @@ class IntegrationError(RuntimeError):
     code: int
 
     @classmethod
-    def of(cls, system: System, code: int) -> IntegrationError:
+    def of(cls, system: System | HostSystem, code: int) -> IntegrationError:
         """Return the error of a system's orbit with a status."""
         error = cls(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
         error.code = code
@@ -210,8 +213,16 @@ class Orbit(Outlined):
         return frame
 
 
+@typing.overload
+def simulate(system: HostSystem, periods: int, **options: Any) -> HostOrbit: ...
+
+
+@typing.overload
+def simulate(system: System | str | os.PathLike[str], periods: int, **options: Any) -> Orbit: ...
+
+
 def simulate(
-    system: System | str | os.PathLike[str],
+    system: System | HostSystem | str | os.PathLike[str],
     periods: int,
     *,
     start: Sequence[float] | np.ndarray | None = None,
@@ -225,18 +236,19 @@ def simulate(
     samples: int = SAMPLES,
     quiet: bool = False,
     **overrides: float | str,
-) -> Orbit:
+) -> Orbit | HostOrbit:
     """Integrate one orbit over forcing periods.
 
     Parameters
     ----------
-    system : System, str or path-like
+    system : System, HostSystem, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     periods : int
         Number of forcing periods to record, >= 0.
     start : (4,) array_like, optional
-        State x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.  A
-        start on a wall or inside a contact is allowed and does not count as an impact.
+        State x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1; of a
+        host its `scene.components`.  A start on a wall or inside a contact is allowed and does not
+        count as an impact.
     transient : int
         Number of periods before those that are recorded.
     method : str
@@ -262,8 +274,8 @@ def simulate(
 
     Returns
     -------
-    Orbit
-        The last state and the records.
+    Orbit or HostOrbit
+        The last state and the records; of a host section and impacts.
 
     Raises
     ------
@@ -286,6 +298,10 @@ def simulate(
     >>> bool(abs(orbit.section[2] - orbit.section[0]).max() < 1e-6)
     True
     """
+    if isinstance(system, HostSystem):
+        count = whole("samples", samples, 1, 10**6)
+        span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
+        return _simulate_host(system, span, start, record, tolerance, quiet)
     system = as_system(system)
     if overrides:
         system = system.with_(**overrides)
@@ -299,6 +315,36 @@ def simulate(
     cell = system.cell
     begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
     return begin.follow(record, transient, periods, samples, quiet=quiet)
+
+
+def _simulate_host(
+    system: HostSystem,
+    span: Span,
+    start: Sequence[float] | np.ndarray | None,
+    record: Collection[str] | None,
+    tolerance: float | str | None,
+    quiet: bool,
+) -> HostOrbit:
+    """Integrate an orbit of a host, as `simulate` does."""
+    words = host_record(record)
+    if "trajectory" not in words:
+        span = span._replace(stops=1)
+    orbits = HostOrbits(system, chosen_settings("exact", {"tolerance": tolerance}).stepped_to)
+    state = orbits.start(start)
+    code, section, impacts = follow_host(orbits, state, span, quiet)
+    if code != OK:
+        raise IntegrationError.of(system, code)
+    states, has_all = orbits.states(section), "trajectory" in words
+    count = span.first * span.stops + 1 + np.arange(len(states))
+    return HostOrbit(
+        system,
+        orbits.states(state),
+        section=states[span.stops - 1 :: span.stops] if "section" in words else None,
+        impacts=orbits.table_of(impacts) if "impacts" in words else None,
+        trajectory=states if has_all else None,
+        time=count * (system.period / span.stops) if has_all else None,
+        transient=span.first,
+    )
 
 
 class Beginning(NamedTuple):

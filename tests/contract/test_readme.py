@@ -55,7 +55,8 @@ kinds = loaded(DOCS / "site" / "kinds.py")
 WALKED = ("README.md", "docs/tutorial.md")
 
 RUN = (
-    "archive.md", "python.md", "branches.md", "loads-in-time.md", "response-curves.md", "scans.md",
+    "archive.md", "python.md", "branches.md", "hosts.md", "loads-in-time.md", "response-curves.md",
+    "scans.md",
 )  # fmt: skip
 """Pages whose programs in Python are run here."""
 

@@ -1,0 +1,754 @@
+"""A linear structure of any number of degrees of freedom, which dampers are attached to: the host.
+
+M x'' + C x' + K x = F(t), from matrices, from modes or from a file; reduced to its lowest modes and
+the static response of chosen degrees of freedom; ready-made frames, beams and chains.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+from numpy.typing import ArrayLike
+
+from nlds_vines.archives.representation import Outlined, Rows
+from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
+
+MOST_DENSE = 2000
+"""The most degrees of freedom whose matrices are dense; a larger host has to be reduced."""
+
+_ASYMMETRY = 1e-8
+"""The largest difference of two entries that should be equal, over the largest entry."""
+
+_ROUNDING = 1e-10
+"""An eigenvalue of K or C below this fraction of the largest one counts as 0."""
+
+_DEPENDENT = 1e-12
+"""A static shape adds nothing if the kept modes hold all but this part of its squared norm."""
+
+ENDS = ("clamped-free", "clamped-clamped", "clamped-pinned", "pinned-pinned", "free-free")
+"""The ends of a beam, the first at node 0."""
+
+
+class Host(Outlined):
+    """A linear structure M x'' + C x' + K x = F(t); checked when made, not changed afterwards.
+
+    Parameters
+    ----------
+    M, K : (n, n) array_like, sparse array, or path
+        Mass [kg] and stiffness [N/m]: symmetric, M positive definite, K positive semidefinite.  A
+        path is that of a Matrix Market file.
+    C : (n, n) array_like, sparse array, or path, optional
+        Damping [N s/m], symmetric and positive semidefinite; by default 0.
+    ratio : float or sequence of float, optional
+        Modal damping ratio in place of C: one for all modes, or one for each of the lowest modes,
+        the last of which holds for all modes above.
+    rayleigh : (float, float), optional
+        Constants a [1/s] and b [s] of the damping C = a M + b K in place of C.
+    dofs : sequence of str, optional
+        Names of the degrees of freedom, by default x1, x2 ...
+    influence : (n,) array_like, optional
+        The displacement of each degree of freedom when the ground moves by 1, by default 1; that of
+        a rotation is 0.
+
+    Attributes
+    ----------
+    M, C, K : (n, n) ndarray or sparse array
+        The matrices by coordinate.
+    dofs : tuple of str
+        Names of the degrees of freedom.
+    shape : (len(dofs), n) ndarray
+        Displacement of the degrees of freedom by coordinate: the identity, unless the host was
+        reduced or made from modes.
+    inertia : (n,) ndarray
+        Minus the force on each coordinate for a unit acceleration of the ground [kg].
+    note : str
+        How the host was reduced; "" if it was not.
+    is_plain : bool
+        Whether the coordinates are the degrees of freedom.
+
+    Raises
+    ------
+    RequestError
+        For matrices of different sizes, one that is not symmetric or has a forbidden sign, values
+        that are not finite, two statements about the damping, and names that are not different.
+
+    See Also
+    --------
+    shear_frame, beam, chain
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> host = nv.Host(M=[[2.0, 0.0], [0.0, 1.0]], K=[[30.0, -10.0], [-10.0, 10.0]], ratio=0.01)
+    >>> host.frequencies.round(3)
+    array([2.236, 4.472])
+    """
+
+    def __init__(
+        self,
+        M: Any,
+        K: Any,
+        C: Any = None,
+        *,
+        ratio: ArrayLike | None = None,
+        rayleigh: tuple[float, float] | None = None,
+        dofs: Sequence[str] = (),
+        influence: Any = None,
+    ) -> None:
+        self.M, self.K = _matrix("M", M), _matrix("K", K)
+        n = self.M.shape[0]
+        if sum(value is not None for value in (C, ratio, rayleigh)) > 1:
+            raise RequestError("the damping is stated twice; allowed: one of C, ratio, rayleigh")
+        self.C = None if C is None else _matrix("C", C)
+        for name, matrix in (("K", self.K), ("C", self.C)):
+            if matrix is not None and matrix.shape != (n, n):
+                raise RequestError(f"{name} has the shape {matrix.shape}, but M has {(n, n)}")
+        self.dofs = _names(dofs, n)
+        is_dense = n <= MOST_DENSE
+        self.shape = np.eye(n) if is_dense else scipy.sparse.eye_array(n, format="csr")
+        moved = np.ones(n) if influence is None else _vector("influence", influence)
+        if moved.shape != (n,):
+            raise RequestError(f"influence has {moved.size} values for {n} degrees of freedom")
+        self.inertia, self.note, self.is_plain = self.M @ moved, "", True
+        self._moved = moved
+        self.ratio = None if ratio is None else _vector("ratio", np.atleast_1d(ratio), least=0.0)
+        if rayleigh is not None:
+            values = _vector("rayleigh", rayleigh, least=0.0)
+            if values.size != 2:
+                raise RequestError(f"rayleigh = {shown(rayleigh)} must be two numbers, a and b")
+            self.C = values[0] * self.M + values[1] * self.K
+        self._refuse_signs()
+        if is_dense:
+            self._complete()
+
+    def _refuse_signs(self) -> None:
+        """Refuse a mass that is not positive, and a negative stiffness or damping."""
+        for name, mass in zip(self.dofs, self.M.diagonal(), strict=True):
+            if mass <= 0:
+                raise RequestError(
+                    f"M gives the degree of freedom {name!r} the mass {mass:g}, which must be > 0: "
+                    "add its mass, or condense it statically"
+                )
+        if scipy.sparse.issparse(self.M):
+            return  # a reduction meets negative eigenvalues
+        for name in ("M", "K", "C"):
+            matrix = getattr(self, name)
+            if matrix is not None:
+                eigenvalues = scipy.linalg.eigvalsh(matrix)
+                least = _ROUNDING * abs(eigenvalues[-1])
+                if eigenvalues[0] < -least or (name == "M" and eigenvalues[0] <= least):
+                    kind = "positive definite" if name == "M" else "positive semidefinite"
+                    raise RequestError(
+                        f"{name} must be {kind}, but has the eigenvalue {eigenvalues[0]:.4g} "
+                        f"(the largest: {eigenvalues[-1]:.4g})"
+                    )
+
+    def _complete(self) -> None:
+        """Compute all modes, and from them the damping matrix of modal ratios."""
+        self._squares, self._vectors = _modes(self.K, self.M, len(self.inertia))
+        if self.ratio is not None:
+            moments = self.M @ self._vectors
+            missing = max(0, len(self.inertia) - self.ratio.size)
+            ratios = np.pad(self.ratio, (0, missing), mode="edge")[: len(self.inertia)]
+            rates = 2 * ratios * np.sqrt(self._squares)
+            self.C = (moments * rates) @ moments.T
+        elif self.C is None:
+            self.C = np.zeros_like(self.K)
+
+    @classmethod
+    def from_modes(cls, modes: Sequence[Mapping[str, Any]], *, dofs: Sequence[str] = ()) -> Host:
+        """Return the host with given modes, measured or from another program.
+
+        Parameters
+        ----------
+        modes : sequence of mapping
+            For each mode its frequency `f` [Hz], its damping ratio `zeta` (by default 0), and its
+            `shape`, a mapping from names of degrees of freedom to displacements, normalized to a
+            modal mass of 1 kg; a degree of freedom that is left out does not move.  For motion of
+            the ground also `participation`, the sum of mass times displacement over the structure
+            [kg^0.5], by default 0.
+        dofs : sequence of str, optional
+            The order of the degrees of freedom, by default that of their first mention.
+
+        Returns
+        -------
+        Host
+            Its coordinates are the modes' amplitudes.
+
+        Raises
+        ------
+        RequestError
+            For an empty list, an unknown key, and a frequency that is not > 0.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> modes = [{"f": 4.1, "zeta": 0.01, "shape": {"tip": 2.0, "middle": 0.7}}]
+        >>> nv.Host.from_modes(modes).dofs
+        ('tip', 'middle')
+        """
+        if not modes:
+            raise RequestError("modes = [] has no mode; give at least one")
+        names = dict.fromkeys(dofs)
+        rows = []
+        for i, mode in enumerate(modes):
+            with at(f"mode {i + 1}"):
+                row = table("mode", mode, ("f", "zeta", "shape", "participation"))
+                names |= dict.fromkeys(table("shape", row.get("shape")))
+                f = number("f", row.get("f"))
+                if f <= 0:
+                    raise RequestError(f"f = {f:g} must be > 0 [Hz]")
+                values = {key: number(key, value) for key, value in row["shape"].items()}
+                zeta = number("zeta", row.get("zeta", 0.0))
+                rows.append((2 * np.pi * f, zeta, values, row.get("participation", 0.0)))
+        rows.sort(key=lambda row: row[0])
+        rates = np.array([row[0] for row in rows])
+        host = cls(np.eye(len(rows)), np.diag(rates**2), ratio=[row[1] for row in rows])
+        host.dofs = _names(tuple(names), len(names))
+        host.shape = np.array([[row[2].get(name, 0.0) for row in rows] for name in names])
+        host.inertia = np.array([number("participation", row[3]) for row in rows])
+        host.is_plain, host._moved = False, np.ones(len(names))
+        return host
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], **options: Any) -> Host:
+        """Return the host whose matrices stand in a file of NumPy or of MATLAB.
+
+        Parameters
+        ----------
+        path : str or path-like
+            A `.npz` or `.mat` file with the arrays M and K, and, if it has them, C, influence and
+            dofs.  Other arrays are ignored.
+        **options
+            `ratio`, `rayleigh`, `dofs` and `influence`, as `Host` takes them; they override what
+            the file says.
+
+        Returns
+        -------
+        Host
+            The host.
+
+        Raises
+        ------
+        RequestError
+            For a file that cannot be read or lacks M or K, and as `Host`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import nlds_vines as nv
+        >>> np.savez("frame.npz", M=np.eye(2), K=[[2.0, -1.0], [-1.0, 1.0]], dofs=["floor", "roof"])
+        >>> nv.Host.from_file("frame.npz", ratio=0.02).dofs
+        ('floor', 'roof')
+        """
+        suffix = Path(path).suffix.lower()
+        with at(str(path)):
+            if suffix not in (".npz", ".mat"):
+                raise RequestError(
+                    f"{suffix or 'no suffix'} is no host; allowed: .npz, .mat, or Matrix Market "
+                    "files as nv.Host(M='M.mtx', K='K.mtx')"
+                )
+            try:
+                if suffix == ".npz":
+                    with np.load(path) as arrays:
+                        values = dict(arrays)
+                else:
+                    values = scipy.io.loadmat(path, spmatrix=False)
+            except (OSError, ValueError, NotImplementedError) as error:  # MATLAB's 7.3 is HDF5
+                raise RequestError(f"cannot be read: {error}") from None
+            for name in ("M", "K"):
+                if name not in values:
+                    arrays = ", ".join(key for key in values if not key.startswith("__"))
+                    raise RequestError(f"has no array {name}; it has: {arrays or 'none'}")
+            matrices = {name: values[name] for name in ("M", "K", "C") if name in values}
+            if options.keys() & {"ratio", "rayleigh"}:
+                matrices.pop("C", None)
+            if "dofs" in values:  # MATLAB pads texts of one array, and wraps those of a cell
+                options = {
+                    "dofs": [str(np.squeeze(v)).strip() for v in values["dofs"].flat],
+                    **options,
+                }
+            if "influence" in values:
+                options = {"influence": np.ravel(values["influence"]), **options}
+            return cls(**matrices, **options)
+
+    def heading(self) -> str:
+        """Return the number of degrees of freedom, and how they were reduced."""
+        return f"{len(self.dofs)} degrees of freedom{self.note and ', '}{self.note}"
+
+    def outline(self) -> Rows:
+        """Return the names, the lowest frequencies in Hz and their damping ratios."""
+        yield "dofs", ", ".join(self.dofs[:8]) + ", ..." * (len(self.dofs) > 8)
+        if not scipy.sparse.issparse(self.M):
+            values = self.frequencies[:6] / (2 * np.pi)
+            yield "frequencies [Hz]", ", ".join(f"{value:.4g}" for value in values)
+            yield "damping ratios", ", ".join(f"{value:.3g}" for value in self.damping_ratios[:6])
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies of the undamped modes [rad/s], ascending; 0 of a motion without stiffness."""
+        self._refuse_large()
+        return np.sqrt(self._squares)
+
+    @property
+    def modes(self) -> np.ndarray:
+        """Shapes of the undamped modes [kg^-0.5], (len(dofs), n), with a modal mass of 1 kg."""
+        self._refuse_large()
+        return self.shape @ self._vectors
+
+    @property
+    def damping_ratios(self) -> np.ndarray:
+        """Damping ratio of each mode, c / (2 omega) of its diagonal term; NaN where omega = 0."""
+        self._refuse_large()
+        rates = np.sum(self._vectors * (self.C @ self._vectors), axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(self._squares > 0, rates / (2 * self.frequencies), np.nan)
+
+    def moved(self, dof: str) -> float:
+        """Return the displacement of a degree of freedom when the ground moves by 1.
+
+        Parameters
+        ----------
+        dof : str
+            Its name.
+
+        Returns
+        -------
+        float
+            Its `influence`; 1 for a host from modes.
+
+        Raises
+        ------
+        RequestError
+            For a name that the host does not have.
+        """
+        return float(self._moved[self.dofs.index(choice("degree of freedom", dof, self.dofs))])
+
+    def row(self, dof: str) -> np.ndarray:
+        """Return the displacement of a degree of freedom by coordinate, (n,).
+
+        Parameters
+        ----------
+        dof : str
+            Its name.
+
+        Returns
+        -------
+        (n,) ndarray
+            Its row of `shape`.
+
+        Raises
+        ------
+        RequestError
+            For a name that the host does not have.
+        """
+        index = self.dofs.index(choice("degree of freedom", dof, self.dofs))
+        unit = np.zeros(len(self.dofs))
+        unit[index] = 1.0
+        return self.shape.T @ unit
+
+    def reduced(
+        self,
+        keep: int | None = None,
+        *,
+        below: float | None = None,
+        statics: Sequence[str] = (),
+    ) -> Host:
+        """Return the host reduced to its lowest modes and to chosen static responses.
+
+        The response of the modes that are left out to a slow force is their static one.  It is kept
+        for forces on the degrees of freedom in `statics`, where dampers and forces will act, by one
+        more coordinate each: the residual flexibility.
+
+        Parameters
+        ----------
+        keep : int, optional
+            The number of modes.
+        below : float, optional
+            In its place, the frequency [rad/s] up to which modes are kept.
+        statics : sequence of str, optional
+            Names of degrees of freedom.
+
+        Returns
+        -------
+        Host
+            A host with the same degrees of freedom; its coordinates are modal.
+
+        Raises
+        ------
+        RequestError
+            If not exactly one of `keep` and `below` is given, if no mode is left, and for an
+            unknown degree of freedom.
+
+        Notes
+        -----
+        With the kept modes Phi and e_a, the unit force on a, the further shape is
+        K^-1 (e_a - M Phi Phi^T e_a); the modes of the host within the span of all shapes are the
+        coordinates.
+
+        References
+        ----------
+        MacNeal, Comput. Struct. 1 (1971) 581-601, doi 10.1016/0045-7949(71)90031-9.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> frame = nv.shear_frame([1e4] * 10, [8e6] * 10, ratio=0.02)
+        >>> frame.reduced(3, statics=["roof"]).heading()
+        '10 degrees of freedom, 3 of 10 modes and the static response of roof'
+        """
+        n = len(self.inertia)
+        if (keep is None) == (below is None):
+            raise RequestError("a reduction needs one of keep and below")
+        if below is not None:
+            limit = number("below", below)
+            self._refuse_large("below; give keep")
+            keep = int(np.sum(self.frequencies <= limit))
+            if keep == 0:
+                lowest = f"{self.frequencies[0]:.4g} rad/s"
+                raise RequestError(f"below = {limit:g} leaves no mode: the lowest has {lowest}")
+        count = whole("keep", keep, 1, n)
+        squares, vectors = (
+            _modes(self.K, self.M, count)
+            if scipy.sparse.issparse(self.M)
+            else (self._squares[:count], self._vectors[:, :count])
+        )
+        basis = [vectors]
+        if statics and count < n:
+            # K may be singular: the load has no part in the kept modes, a small mass changes little
+            stiffness = self.K + 1e-8 * (squares[-1] or 1.0) * self.M
+            for dof in statics:
+                row = self.row(dof)
+                load = row - self.M @ (vectors @ (vectors.T @ row))
+                if scipy.sparse.issparse(stiffness):
+                    shape = scipy.sparse.linalg.spsolve(stiffness.tocsc(), load)
+                else:
+                    shape = scipy.linalg.solve(stiffness, load, assume_a="pos")
+                norm = np.sqrt(shape @ (self.M @ shape))
+                for other in (*basis, *basis):  # twice: what one projection leaves is rounding
+                    shape = shape - other @ (other.T @ (self.M @ shape))
+                remainder = np.sqrt(shape @ (self.M @ shape))
+                if remainder > np.sqrt(_DEPENDENT) * norm:
+                    basis.append(shape[:, None] / remainder)
+        span = np.hstack(basis)
+        reduced_squares, turned = _modes(
+            span.T @ (self.K @ span), span.T @ (self.M @ span), span.shape[1]
+        )
+        V = span @ turned
+        C = None if self.C is None or self.ratio is not None else V.T @ (self.C @ V)
+        host = Host(np.eye(V.shape[1]), np.diag(reduced_squares), C, ratio=self.ratio)
+        host.dofs, host.shape, host.inertia = self.dofs, self.shape @ V, V.T @ self.inertia
+        host.is_plain, host._moved = False, self._moved
+        names = ", ".join(statics)
+        host.note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
+        return host
+
+    def frequency_response(
+        self,
+        omega: Any,
+        *,
+        force: Mapping[str, float] | None = None,
+        base: float | None = None,
+    ) -> np.ndarray:
+        """Return the steady response to a harmonic force, or to harmonic motion of the ground.
+
+        Parameters
+        ----------
+        omega : array_like
+            Frequencies [rad/s].
+        force : mapping of str to float, optional
+            Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
+        base : float, optional
+            In its place, the amplitude of the acceleration of the ground [m/s^2]; the response is
+            relative to the ground.
+
+        Returns
+        -------
+        (..., len(dofs)) ndarray of complex
+            X [m] of x = Re(X exp(i omega t)), in the shape of `omega`; infinite at a resonance
+            without damping.
+
+        Raises
+        ------
+        RequestError
+            If not exactly one of `force` and `base` is given, and for an unknown degree of freedom.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+        >>> X = frame.frequency_response(frame.frequencies[0], force={"roof": 1e3})
+        >>> abs(X).round(4)
+        array([0.0038, 0.0069, 0.0086])
+        """
+        self._refuse_large()
+        if (force is None) == (base is None):
+            raise RequestError("a response needs one of force and base")
+        if base is not None:
+            load = -number("base", base) * self.inertia
+        else:
+            amplitudes = table("force", force, self.dofs)
+            load = sum(
+                (number(f"force.{dof}", P) * self.row(dof) for dof, P in amplitudes.items()),
+                np.zeros(len(self.inertia)),
+            )
+        frequencies = _vector("omega", np.ravel(omega))
+        result = np.empty((frequencies.size, len(self.dofs)), dtype=complex)
+        for i, rate in enumerate(frequencies):
+            impedance = self.K - rate**2 * self.M + 1j * rate * self.C
+            try:
+                result[i] = self.shape @ np.linalg.solve(impedance, load)
+            except np.linalg.LinAlgError:
+                result[i] = np.inf
+        return result.reshape(*np.shape(omega), len(self.dofs))
+
+    def _refuse_large(self, what: str = "all its modes") -> None:
+        if scipy.sparse.issparse(self.M):
+            raise RequestError(
+                f"a host of {len(self.inertia)} coordinates is too large for {what}: reduce it "
+                "first, host.reduced(keep=20, statics=[...])"
+            )
+
+
+def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options: Any) -> Host:
+    """Return the shear frame of some storeys on the ground.
+
+    Parameters
+    ----------
+    masses : sequence of float
+        Mass [kg] of each floor, from below.
+    stiffnesses : sequence of float
+        Stiffness [N/m] of each storey against drift, from below.
+    **options
+        `C`, `ratio`, `rayleigh` and `dofs`, as `Host` takes them.
+
+    Returns
+    -------
+    Host
+        Its degrees of freedom are the floors' displacements, by default floor1, floor2 ... roof.
+
+    Raises
+    ------
+    RequestError
+        For a mass or a stiffness that is not > 0, and for different numbers of them.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> frame = nv.shear_frame([1e4, 1e4, 1e4], [8e6, 8e6, 8e6], ratio=0.02)
+    >>> frame.dofs, (frame.frequencies / 6.2831853).round(2)
+    (('floor1', 'floor2', 'roof'), array([2.  , 5.61, 8.11]))
+    """
+    floors = [f"floor{i + 1}" for i in range(len(masses) - 1)]
+    return chain(masses, stiffnesses, **{"dofs": [*floors, "roof"], **options})
+
+
+def chain(
+    masses: Sequence[float],
+    springs: Sequence[float],
+    *,
+    grounds: float | Sequence[float] = 0.0,
+    cyclic: bool = False,
+    **options: Any,
+) -> Host:
+    """Return a chain of masses, open or cyclic, with springs between neighbors and to the ground.
+
+    Parameters
+    ----------
+    masses : sequence of float
+        The n masses [kg].
+    springs : sequence of float
+        Their n stiffnesses [N/m]: the first spring holds the first mass to the ground, each other
+        one couples a mass to the one before.  Of n + 1 the last holds the last mass to the ground.
+    grounds : float or sequence of float, optional
+        Stiffness [N/m] of a spring from each mass to the ground.
+    cyclic : bool, optional
+        The first of n springs couples the first mass to the last one, not to the ground.
+    **options
+        `C`, `ratio`, `rayleigh` and `dofs`, as `Host` takes them.
+
+    Returns
+    -------
+    Host
+        Its degrees of freedom are the masses' displacements, by default x1, x2 ...
+
+    Raises
+    ------
+    RequestError
+        For a mass that is not > 0, a negative stiffness, and a number of springs that does not fit.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.chain([1.0] * 4, [0.5] * 4, grounds=1.0, cyclic=True).frequencies.round(4)
+    array([1.    , 1.4142, 1.4142, 1.7321])
+    """
+    m, k = _vector("masses", masses), _vector("springs", springs, least=0.0)
+    n = m.size
+    if k.size not in ((n,) if cyclic else (n, n + 1)):
+        raise RequestError(f"{k.size} springs do not fit {n} masses")
+    left = np.append(k, np.zeros(n + 1 - k.size))
+    if cyclic:
+        left[n] = k[0]
+    K = np.diag(left[:n] + left[1:] + _vector("grounds", np.broadcast_to(grounds, n), least=0.0))
+    for i in range(0 if cyclic else 1, n):
+        K[i, i - 1] -= k[i]
+        K[i - 1, i] -= k[i]
+    return Host(np.diag(m), K, **options)
+
+
+def beam(
+    length: float,
+    bending_stiffness: float,
+    mass_per_length: float,
+    *,
+    ends: str = "clamped-free",
+    elements: int = 20,
+    **options: Any,
+) -> Host:
+    """Return a slender uniform beam (Euler and Bernoulli) in bending.
+
+    Parameters
+    ----------
+    length : float
+        Length [m].
+    bending_stiffness : float
+        Bending stiffness E I [N m^2].
+    mass_per_length : float
+        Mass per length, rho A [kg/m].
+    ends : str, optional
+        "clamped-free", "clamped-clamped", "clamped-pinned", "pinned-pinned" or "free-free".
+    elements : int, optional
+        Number of elements of equal length; the frequency of mode j of n elements errs by about
+        (j / n)^4.
+    **options
+        `C`, `ratio` and `rayleigh`, as `Host` takes them.
+
+    Returns
+    -------
+    Host
+        Its degrees of freedom are the deflections w0, w1 ... and rotations theta0, theta1 ... of
+        the nodes that its ends leave free; the ground moves across the beam.
+
+    Raises
+    ------
+    RequestError
+        For a value that is not > 0, and for unknown ends.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> cantilever = nv.beam(1.0, 65.6, 1.18, ratio=0.01)  # a strip of steel, 30 mm by 5 mm
+    >>> (cantilever.frequencies[:3] / 6.2831853).round(2)
+    array([ 4.17, 26.15, 73.22])
+    """
+    values = {"length": length, "bending_stiffness": bending_stiffness}
+    values["mass_per_length"] = mass_per_length
+    for name, value in values.items():
+        if number(name, value) <= 0:
+            raise RequestError(f"{name} = {value:g} must be > 0")
+    choice("ends", ends, ENDS)
+    n = whole("elements", elements, 2, MOST_DENSE // 2 - 1)
+    h = length / n
+    scale = np.array([1.0, h, 1.0, h])  # rotations times h are deflections
+    stiffness = [[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]
+    mass = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
+    K, M = np.zeros((2, 2 * n + 2, 2 * n + 2))
+    for i in range(0, 2 * n, 2):
+        K[i : i + 4, i : i + 4] += np.multiply(stiffness, bending_stiffness / h**3)
+        M[i : i + 4, i : i + 4] += np.multiply(mass, mass_per_length * h / 420)
+    turns = np.tile(scale[:2], n + 1)
+    K, M = (A * np.outer(turns, turns) for A in (K, M))
+    fixed = {"clamped": (0, 1), "pinned": (0,), "free": ()}
+    first, last = ends.split("-")
+    gone = [*fixed[first], *(2 * n + i for i in fixed[last])]
+    free = np.setdiff1d(np.arange(2 * n + 2), gone)
+    names = [f"{name}{i}" for i in range(n + 1) for name in ("w", "theta")]
+    return Host(
+        M[np.ix_(free, free)],
+        K[np.ix_(free, free)],
+        dofs=[names[i] for i in free],
+        influence=1.0 - free % 2,
+        **options,
+    )
+
+
+def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest eigenvalues omega^2 of K phi = omega^2 M phi, and phi by column.
+
+    Each phi has a modal mass of 1 kg, and its largest component is positive.
+    """
+    if scipy.sparse.issparse(K):
+        # the shift is negative, so that a structure that moves freely has a factorization
+        shift = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
+        squares, vectors = scipy.sparse.linalg.eigsh(K, count, M, sigma=shift)
+        order = np.argsort(squares)
+        squares, vectors = squares[order], vectors[:, order]
+    else:
+        squares, vectors = scipy.linalg.eigh(K, M)
+        squares, vectors = squares[:count], vectors[:, :count]
+    largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=0)[None], axis=0)
+    return np.where(squares < _ROUNDING * abs(squares[-1]), 0.0, squares), vectors * np.sign(
+        largest
+    )
+
+
+def _matrix(name: str, value: Any) -> Any:
+    """Return a symmetric matrix, dense up to `MOST_DENSE` rows, otherwise sparse."""
+    if isinstance(value, str | os.PathLike):
+        try:
+            value = scipy.io.mmread(value, spmatrix=False)
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{name} = {shown(str(value))} cannot be read: {error}") from None
+    if not scipy.sparse.issparse(value):
+        try:
+            value = np.array(value, dtype=float)
+        except (TypeError, ValueError):
+            raise RequestError(f"{name} = {shown(value)} must be a matrix of numbers") from None
+    if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
+        raise RequestError(f"{name} has the shape {value.shape}; it must be square")
+    entries = scipy.sparse.coo_array(value)
+    if np.iscomplexobj(entries.data) or not np.isfinite(entries.data).all():
+        raise RequestError(f"{name} holds a value that is no finite number")
+    difference = scipy.sparse.coo_array(entries - entries.T)
+    worst = np.abs(difference.data).argmax() if difference.nnz else 0
+    if difference.nnz and abs(difference.data[worst]) > _ASYMMETRY * np.abs(entries.data).max():
+        i, j = sorted((difference.row[worst], difference.col[worst]))
+        one, other = entries.tocsr()[[i, j], [j, i]].ravel()
+        raise RequestError(
+            f"{name} is not symmetric: {name}[{i}, {j}] = {one:g}, {name}[{j}, {i}] = {other:g}"
+        )
+    symmetric = (entries + entries.T).tocsc() / 2
+    return symmetric.toarray() if value.shape[0] <= MOST_DENSE else symmetric
+
+
+def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
+    try:
+        vector = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise RequestError(f"{name} = {shown(value)} must be numbers") from None
+    if vector.ndim != 1 or not np.isfinite(vector).all() or (vector < least).any():
+        bound = "" if least == -np.inf else f" >= {least:g}"
+        raise RequestError(f"{name} = {shown(value)} must be finite numbers{bound}")
+    return vector
+
+
+def _names(dofs: Sequence[str], count: int) -> tuple[str, ...]:
+    names = tuple(dofs) or tuple(f"x{i + 1}" for i in range(count))
+    for name in names:
+        if not string("dofs", name) or "." in name or name in ("ground", "mass"):
+            raise RequestError(
+                f"dofs: {shown(name)} is no name of a degree of freedom; allowed is any text "
+                "without a point but 'ground' and 'mass'"
+            )
+    if len(names) != count or len(set(names)) < count:
+        raise RequestError(f"dofs = {shown(list(names))} must be {count} different names")
+    return names

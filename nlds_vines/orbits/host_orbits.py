@@ -1,0 +1,284 @@
+"""Orbits of hosts: their systems as kernels take them, and the records of `simulate`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives.representation import Outlined, Rows, numbers
+from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.kernels.hosts.body import Body
+from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
+from nlds_vines.kernels.hosts.host_orbit import run_host
+from nlds_vines.kernels.hosts.modes import fill_modes
+from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.host_system import SIDES, HostSystem
+from nlds_vines.model.parameters import CONSTANTS
+from nlds_vines.model.scenes import LONGEST_NAME
+from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.kernel_inputs import WALLS
+from nlds_vines.runs.interrupts import stoppable
+
+RECORDS = ("section", "impacts", "trajectory")
+
+MOST_COORDINATES = 200
+"""The most coordinates of a host whose orbits are computed: a flight costs their square."""
+
+LAWS_IN_KERNELS = (
+    ("hertz", False), ("power", False), ("power", True), ("linear", False),
+    ("kelvin-voigt", False), ("restitution", False),
+)  # fmt: skip
+"""The laws of walls in the order of `Laws`, and of the numbers that stand for them."""
+
+IMPACT = np.dtype(
+    [
+        ("damper", f"U{LONGEST_NAME}"),
+        ("wall", "U1"),
+        ("touch", float),
+        ("release", float),
+        ("speed", float),
+        ("force", float),
+        ("depth", float),
+    ]
+)
+"""A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
+approach speed [m/s]; largest force [N]; depth [m]."""
+
+_CONSTANTS = np.dtype([(name, float) for name in CONSTANTS])
+
+
+@dataclass(frozen=True, repr=False)
+class HostOrbit(Outlined):
+    """An orbit of a host from `simulate`; attributes that were not recorded are None.
+
+    Attributes
+    ----------
+    system : HostSystem
+        The system.
+    state : (components,) ndarray
+        The last state, in the order of `system.scene.components` [m, m/s].
+    section : (periods, components) ndarray
+        The states at t = T, 2T, ..., counted from the end of the transient.
+    impacts : ndarray of dtype `host_orbits.IMPACT`
+        One row per touch: `damper`; `wall`, its side; times `touch` and `release` [s] from the
+        start of the transient, approach `speed` [m/s], largest `force` [N] and `depth` [m].  If an
+        impact lasts beyond the end, `release` is NaN; of a rigid wall the force is infinite.
+    trajectory : (periods samples, components) ndarray
+        `samples` equidistant states of each period, the last one at its end.
+    time : (periods samples,) ndarray
+        Their times [s] from the start of the transient.
+    transient : int
+        Forcing periods before those that are recorded.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+    >>> cell = nv.Damper("cell", attached_to="roof", m=900.0, walls=[nv.Wall(0.05, K=1e8)])
+    >>> system = nv.System.from_host(frame, [cell], force={"roof": 7e3}, omega=12.6)
+    >>> nv.simulate(system, 4, quiet=True).section.shape
+    (4, 8)
+    """
+
+    system: HostSystem
+    state: np.ndarray
+    section: np.ndarray | None = None
+    impacts: np.ndarray | None = None
+    trajectory: np.ndarray | None = None
+    time: np.ndarray | None = None
+    transient: int = 0
+
+    def heading(self) -> str:
+        """Return "of" and the heading of the system."""
+        return f"of {self.system.heading()}"
+
+    def outline(self) -> Rows:
+        """Return the last state and the records, arrays by their shapes."""
+        names = self.system.scene.components
+        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
+        arrays = {name: getattr(self, name) for name in RECORDS}
+        present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
+        if present:
+            yield "recorded", ", ".join(present)
+
+
+class HostOrbits:
+    """A host's system as kernels take it, in the coordinates of its modes."""
+
+    def __init__(self, system: HostSystem, tolerance: float) -> None:
+        host, self.system = system.host, system
+        n = len(host.inertia)
+        if n > MOST_COORDINATES:
+            raise RequestError(
+                f"a host of {n} coordinates is too large for orbits; allowed: {MOST_COORDINATES}. "
+                "Reduce it: host.reduced(keep=20, statics=[...])"
+            )
+        squares, self.modes = np.zeros(n), np.zeros((n, n))
+        fill_modes(host.M, host.K, squares, self.modes)
+        masses = np.array([damper.m for damper in system.dampers if damper.m is not None])
+        self.size, size = n + len(masses), n + len(masses)
+        inverse = np.concatenate([np.ones(n), 1 / masses])
+
+        def by_mode(rows: np.ndarray) -> np.ndarray:
+            """Return rows by modes and masses of rows by coordinates and masses."""
+            return np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
+
+        rows = by_mode(system.rows())
+        push = by_mode(system.push()[None])[0]
+        damping = _times(_times(self.modes.T, np.asarray(host.C)), self.modes)
+        own = np.diag(damping).copy()
+        coupling = damping - np.diag(own)
+        # modal damping is that of modes, but for round-off
+        is_modal = np.abs(coupling).max() <= 1e-12 * max(np.abs(own).max(), 1e-300)
+        walls = [(i, wall) for i, damper in enumerate(system.dampers) for wall in damper.walls]
+        self.names = [(system.dampers[i].name, wall.side) for i, wall in walls]
+        self.body = Body(
+            modes=n,
+            size=size,
+            links=len(rows),
+            omega=system.omega,
+            squares=squares,
+            damping=own,
+            coupling=np.zeros(0) if is_modal else coupling.T.ravel().copy(),
+            coupled=not is_modal,
+            push=push * inverse,
+            rows=rows.ravel(),
+            answers=(rows * inverse).ravel(),
+            stiffness=np.array([float(damper.k) for damper in system.dampers]),
+            dashpots=np.array([float(damper.c) for damper in system.dampers]),
+        )
+        laws = [
+            LAWS_IN_KERNELS.index(("power" if wall.is_damped else wall.law, wall.is_damped))
+            for _, wall in walls
+        ]
+        constants = np.zeros(len(walls), _CONSTANTS)
+        for record, (_, wall) in zip(constants, walls, strict=True):
+            record["exponent"] = 1.5
+            for name in CONSTANTS:
+                record[name] = wall.constants.get(name, record[name])
+        self.walls = Walls(
+            number=len(walls),
+            links=np.array([i for i, _ in walls], dtype=np.int64),
+            signs=np.array([SIDES[wall.side] for _, wall in walls]),
+            gaps=np.array([wall.gap for _, wall in walls]),
+            inverse=np.array([np.sum(rows[i] * rows[i] * inverse) for i, _ in walls]),
+            laws=Laws(*[WALLS[law] for law in LAWS_IN_KERNELS]),
+            law=np.array(laws, dtype=np.int64),
+            constants=constants.view(np.recarray),
+        )
+        self.tolerance = tolerance
+
+    def follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
+        """Integrate an orbit; return its status, the sections and the impacts, `state` in place."""
+        count = self.walls.number
+        contacts = Contacts(
+            active=np.zeros(count + 1, np.int64),
+            q=np.zeros(count),
+            pushes=np.ones(count),
+            rows=np.full(count, -1, np.int64),
+            scratch=np.zeros(count * SCRATCH),
+            series=np.zeros((HIGHEST + 1) * (3 * self.size + MOTION_COLUMNS)),
+            scales=np.zeros(SCALES * count),
+            unit=np.ones(1),
+            end=np.zeros(2 * self.size),
+            forces=np.zeros(count),
+            matrix=np.zeros((count, count + 1)),
+            rebounds=np.zeros(count),
+            still=np.zeros(count),
+            tolerance=self.tolerance,
+        )
+        section = np.zeros((span.periods * span.stops, 2 * self.size))
+        impacts = Impacts(np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64), room)
+        code = run_host(self.body, self.walls, contacts, span, state, section, impacts)
+        return code, section, impacts
+
+    def states(self, inner: np.ndarray) -> np.ndarray:
+        """Return states (..., components) of the kernels' (..., 2 size)."""
+        n, size = len(self.modes), self.size
+        outer = np.empty(inner.shape)
+        for part in (0, 1):
+            values = inner[..., part * size : (part + 1) * size]
+            outer[..., part : 2 * n : 2] = _times(values[..., :n], self.modes.T)
+            outer[..., 2 * n + part :: 2] = values[..., n:]
+        return outer
+
+    def start(self, start: Sequence[float] | np.ndarray | None) -> np.ndarray:
+        """Return the kernels' state of a start in components."""
+        n, size = len(self.modes), self.size
+        state = np.zeros(2 * size)
+        if start is None:
+            return state
+        names = self.system.scene.components
+        try:
+            values = np.asarray(start, dtype=float)
+        except (TypeError, ValueError):
+            values = np.empty(0)
+        if values.shape != (len(names),) or not np.isfinite(values).all():
+            text = f"{len(names)} finite numbers {', '.join(names)}"
+            raise RequestError(f"start = {shown(start)}; allowed: {text}")
+        for part in (0, 1):
+            on_host = _times(values[None, part : 2 * n : 2], self.system.host.M)
+            state[part * size : part * size + n] = _times(on_host, self.modes)[0]
+            state[part * size + n : (part + 1) * size] = values[2 * n + part :: 2]
+        depths = self.body.rows.reshape(-1, size) @ state[:size]
+        for link, sign, gap, law, name in zip(
+            self.walls.links, self.walls.signs, self.walls.gaps, self.walls.law, self.names,
+            strict=True,
+        ):  # fmt: skip
+            depth = sign * depths[link] - gap
+            if LAWS_IN_KERNELS[law][0] == "restitution" and depth > 1e-12 * abs(gap):
+                raise RequestError(
+                    f"start: {depth:.3g} m inside the rigid wall {name[1]!r} of damper {name[0]!r}"
+                )
+        return state
+
+    def table_of(self, impacts: Impacts) -> np.ndarray:
+        """Return the impacts as rows of dtype `IMPACT`."""
+        rows = impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
+        table = np.zeros(len(rows), IMPACT)
+        for row, values in zip(table, rows, strict=True):
+            row["damper"], row["wall"] = self.names[int(values[0])]
+        for column, name in enumerate(("touch", "release", "speed", "force", "depth"), 1):
+            table[name] = rows[:, column]
+        return table
+
+
+def host_record(record: Collection[str] | None) -> tuple[str, ...]:
+    """Return the checked words of a record."""
+    if record is None:
+        return RECORDS[:2]
+    words = (record,) if isinstance(record, str) else tuple(record)
+    return tuple(choice("record of a host", word, RECORDS) for word in words)
+
+
+@stoppable
+def follow_host(
+    orbits: HostOrbits, state: np.ndarray, span: Span, quiet: bool
+) -> tuple[int, np.ndarray, Impacts]:
+    """Integrate an orbit, and again with more room if it has more impacts than expected."""
+    room, start = 64 + 8 * span.periods, state.copy()
+    needed = Needed("a host", "exact", ())
+    with Compilation(needed, notice(quiet), helped=False).followed({_RUN: "orbit"}):
+        while True:
+            code, section, impacts = orbits.follow(state, span, room)
+            if code != OK or impacts.filled[0] <= room:
+                return code, section, impacts
+            room = int(impacts.filled[0])
+            state[:] = start
+
+
+_RUN: Any = getattr(run_host, "entry", run_host)
+
+
+def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the product of two matrices; each sum in one order, so that bits are the same."""
+    total = np.zeros((*a.shape[:-1], b.shape[1]))
+    for k in range(len(b)):
+        total += a[..., k, None] * b[k]
+    return total

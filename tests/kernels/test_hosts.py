@@ -1,0 +1,318 @@
+"""Orbits of hosts: against one damper's kernels, against SciPy, twins, held walls, round-off."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.integrate import solve_ivp
+
+import nlds_vines as nv
+
+pytestmark = pytest.mark.kernels
+
+
+def as_host(system):
+    """Return a system of one damper as a host of one degree of freedom, and its rest offset."""
+    m1, k1, c1 = system.structure
+    host = nv.Host([[m1]], [[k1]], [[c1]], dofs=["x"])
+    scene, p = system.scene, system.parameters
+    gaps = {"near": scene.gap_near, "far": scene.gap_far}
+    walls = [
+        nv.Wall(gaps[wall](p), side, system.law, **system.contact(wall))
+        for wall, side in (("near", "+"), ("far", "-"))
+        if wall in scene.walls
+    ]
+    if scene.damper:
+        damper = nv.Damper("u", "x", m=p["m2"], k=p["k2"], c=p["c2"], walls=walls)
+    else:
+        damper = nv.Damper("u", ("x", "ground"), walls=walls)
+    force = {"x": system.force}
+    return nv.System.from_host(host, [damper], force=force, omega=p["omega"])
+
+
+KINDS = [
+    ("ssul-set6", {"omega": 6.28}),
+    ("ssul-set6", {"omega": 7.39}),
+    ("ssul-set6", {"omega": 6.28, "hunt_crossley": 20.0}),
+    ("ssul-set6", {"omega": 6.28, "law": "power", "K": 3e5, "exponent": 1.25}),
+    ("ssul-set6", {"omega": 6.28, "law": "power", "K": 3e5, "exponent": 1.7}),
+    ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6}),
+    ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6, "cc": 3e3}),
+    ("ssul-set6", {"omega": 6.28, "law": "kelvin-voigt", "kc": 1e6, "cc": 3e3}),
+    ("ssul-set6", {"omega": 6.28, "law": "restitution", "e": 0.7}),
+    ("ssul-set6", {"omega": 2.28, "law": "restitution", "e": 0.5, "P": 3000.0}),  # held
+    ("ssul-set6", {"omega": 1.28, "law": "restitution", "e": 0.0, "P": 3000.0}),  # held
+    ("ssul-set6", {"omega": 1.28, "P": 3000.0}),  # pressed for long
+    ("ssbl", {"omega": 6.28}),
+    ("impact-oscillator", {"P": 12.6, "omega": 0.35, "e": 0.3}),  # many rebounds, held
+]
+
+
+@pytest.mark.parametrize(("name", "changes"), KINDS)
+def test_a_host_of_one_degree_of_freedom_is_a_system_of_one_damper(name, changes):
+    system = nv.load_system(name, **changes)
+    exact = nv.simulate(system, 12, tolerance=1e-12, quiet=True)
+    orbit = nv.simulate(as_host(system), 12, tolerance=1e-12, quiet=True)
+    section = orbit.section[:, : exact.section.shape[1]].copy()
+    if system.rest is not None:
+        section[:, 2] += system.rest
+    assert len(orbit.impacts) == len(exact.impacts) > 2
+    scale = np.abs(exact.section).max(axis=0)
+    assert np.all(np.abs(section - exact.section) < 3e-11 * scale + 1e-13)
+    for column in ("touch", "speed", "depth"):
+        assert orbit.impacts[column] == pytest.approx(exact.impacts[column], rel=1e-9, abs=1e-10)
+    if system.law != "restitution":
+        assert orbit.impacts["force"] == pytest.approx(exact.impacts["force"], rel=1e-9)
+    if system.law != "linear":  # whose release is that of the force there, and of the depth here
+        release = orbit.impacts["release"]
+        assert release == pytest.approx(exact.impacts["release"], abs=1e-10, nan_ok=True)
+
+
+def matrices_of(system):
+    """Return (M, C, K, force, w) of degrees of freedom and masses, assembled independently."""
+    host, masses = system.host, [damper for damper in system.dampers if damper.m is not None]
+    n, size = len(host.dofs), len(host.dofs) + len(masses)
+    M, C, K, force = (
+        np.zeros((size, size)),
+        np.zeros((size, size)),
+        np.zeros((size, size)),
+        np.zeros(size),
+    )
+    M[:n, :n], C[:n, :n], K[:n, :n] = host.M, host.C, host.K
+    rows = []
+    for damper in system.dampers:
+        row = np.zeros(size)
+        if damper.m is not None:
+            row[host.dofs.index(damper.attached_to)] = 1
+            i = n + masses.index(damper)
+            row[i], M[i, i] = -1, damper.m
+        else:
+            for place, sign in zip(damper.attached_to, (1, -1), strict=True):
+                if place != "ground":
+                    row[host.dofs.index(place)] = sign
+        K += damper.k * np.outer(row, row)
+        C += damper.c * np.outer(row, row)
+        rows.append(row)
+    for dof, P in system.force.items():
+        force[host.dofs.index(dof)] = P
+    return M, C, K, force, np.array(rows)
+
+
+def by_scipy(system, periods):
+    """Return the last state (X, V) and the times of touches, by DOP853 from event to event."""
+    M, C, K, force, rows = matrices_of(system)
+    size, inverse = len(M), np.linalg.inv(M)
+    walls = [
+        (row, wall)
+        for row, damper in zip(rows, system.dampers, strict=True)
+        for wall in damper.walls
+    ]
+    sides = [(1 if wall.side == "+" else -1) * row for row, wall in walls]
+
+    def rates(t, y):
+        total = force * math.cos(system.omega * t) - K @ y[:size] - C @ y[size:]
+        for row, (_, wall) in zip(sides, walls, strict=True):
+            z = row @ y[:size] - wall.gap
+            if z > 0:
+                total -= row * wall.constants["K"] * z ** wall.constants.get("exponent", 1.5)
+        return np.concatenate([y[size:], inverse @ total])
+
+    def event(row, wall):
+        def distance(t, y):
+            return row @ y[:size] - wall.gap
+
+        distance.terminal = True
+        return distance
+
+    events = [event(row, wall) for row, (_, wall) in zip(sides, walls, strict=True)]
+    t, y, touches, end = 0.0, np.zeros(2 * size), [], periods * system.period
+    while t < end:
+        piece = solve_ivp(
+            rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-15, events=events,
+            max_step=0.02 * system.period,
+        )  # fmt: skip
+        t, y = piece.t[-1], piece.y[:, -1]
+        if piece.status == 1:
+            met = next(i for i, times in enumerate(piece.t_events) if len(times))
+            if sides[met] @ y[size:] > 0:
+                touches.append(t)
+            y = y + 1e-9 * rates(t, y)  # off the event: an error of 1e-22
+            t += 1e-9
+    return y, np.array(touches)
+
+
+def random_system(seed):
+    """Return a host of 1 to 12 degrees of freedom with 1 to 4 dampers on it."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, 13)), int(rng.integers(1, 5))
+    masses, springs = rng.uniform(500, 1500, n), rng.uniform(0.5, 1.5, n) * 4e4 * n
+    frame = nv.shear_frame(masses, springs, ratio=float(rng.uniform(0, 0.05)))
+    if rng.random() < 0.4:  # damping that couples modes
+        C = 1e-3 * frame.K + np.diag(rng.uniform(0, 40, n))
+        frame = nv.Host(frame.M, frame.K, C, dofs=frame.dofs)
+    first = frame.frequencies[0]
+    omega = float(first * rng.uniform(0.7, 1.6))
+    P = float(rng.uniform(0.5, 2)) * 0.02 * springs.min() / n
+    response = np.abs(frame.frequency_response(omega, force={"roof": P})).max()
+    reach = min(response, 20 * P / springs.min() * n)
+    dampers = []
+    for j in range(m):
+        mass = float(rng.uniform(0.01, 0.08) * masses.sum()) / m
+        k = float(mass * (first * rng.uniform(0, 1.1)) ** 2)
+        law = {"law": "hertz", "K": 10 ** rng.uniform(6, 8)}
+        if rng.random() < 0.4:
+            exponent = float(rng.choice([1.0, 1.25, 2.0]))
+            law = {"law": "power", "K": 10 ** rng.uniform(5, 6.5), "exponent": exponent}
+        sides = "+-" if rng.random() < 0.5 else "+"
+        walls = [nv.Wall(float(reach * rng.uniform(0.3, 1.2)), side, **law) for side in sides]
+        dof = frame.dofs[int(rng.integers(0, n))]
+        if rng.random() < 0.2:
+            dampers.append(nv.Damper(f"d{j}", (dof, "ground"), walls=walls))
+        else:
+            c = float(0.04 * math.sqrt(mass * max(k, 0.01 * mass * first**2)))
+            dampers.append(nv.Damper(f"d{j}", dof, m=mass, k=k, c=c, walls=walls))
+    return nv.System.from_host(frame, dampers, force={"roof": P}, omega=omega)
+
+
+@pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 200), marks=pytest.mark.long)])
+def test_random_hosts_move_as_by_scipy(seeds):
+    touched = 0
+    for seed in seeds:
+        system = random_system(seed)
+        orbit = nv.simulate(system, 4, tolerance=1e-12, quiet=True)
+        other = nv.simulate(system, 4, tolerance=1e-9, quiet=True)
+        state, touches = by_scipy(system, 4)
+        assert len(orbit.impacts) == len(touches), seed
+        touched += len(touches)
+        # impacts multiply errors, those of SciPy too: what two tolerances differ by tells how much
+        spread = 5e-9 + 100 * np.abs(orbit.state - other.state).max() / np.abs(state).max()
+        found = np.concatenate([orbit.state[::2], orbit.state[1::2]])
+        assert np.abs(found - state).max() < spread * np.abs(state).max(), (seed, spread)
+        assert np.sort(orbit.impacts["touch"]) == pytest.approx(touches, abs=spread), seed
+    assert touched > 20
+
+
+@pytest.mark.parametrize(
+    "law",
+    [{"K": 1e7}, {"law": "restitution", "e": 0.6}, {"law": "restitution", "e": 0.0},
+     {"law": "linear", "kc": 1e6, "cc": 500.0}],
+)  # fmt: skip
+def test_equal_twins_are_one_damper_of_twice_the_mass(law):
+    """Two walls are touched at one instant, and rigid ones hold both masses at once."""
+    frame = nv.shear_frame([1000.0, 800.0], [8e4, 6e4], ratio=0.02)
+    double = {
+        name: 2 * value if name in ("K", "kc", "cc") else value for name, value in law.items()
+    }
+    one = nv.Damper("one", "roof", m=60.0, k=300.0, c=40.0, walls=[nv.Wall(0.03, **double)])
+    twins = [
+        nv.Damper(name, "roof", m=30.0, k=150.0, c=20.0, walls=[nv.Wall(0.03, **law)])
+        for name in ("a", "b")
+    ]
+    force = {"force": {"roof": 900.0}, "omega": 4.0}
+    single = nv.simulate(nv.System.from_host(frame, [one], **force), 6, tolerance=1e-12, quiet=True)
+    pair = nv.simulate(nv.System.from_host(frame, twins, **force), 6, tolerance=1e-12, quiet=True)
+    assert len(pair.impacts) == 2 * len(single.impacts) > 6
+    assert pair.section[:, :6] == pytest.approx(single.section, rel=1e-7, abs=1e-9)
+    assert pair.section[:, 4:6] == pytest.approx(pair.section[:, 6:8], rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("c", [0.0269, 40.0])
+def test_flights_are_exact_where_two_pairs_of_eigenvalues_meet_and_with_much_damping(c):
+    """Eigenvectors fail where they meet: at mass ratio 0.06, k2/mu 0.89, c2 0.0269."""
+    m2 = 0.06
+    host = nv.Host([[1.0]], [[1.0]])
+    damper = nv.Damper("u", "x1", m=m2, k=m2 * 0.8900, c=c)
+    system = nv.System.from_host(host, [damper], force={"x1": 0.0}, omega=1.0)
+    start = [0.3, -0.2, 0.5, 0.1]
+    orbit = nv.simulate(system, 5, start=start, quiet=True)
+    M, C, K, _, _ = matrices_of(system)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    after = scipy.linalg.expm(A * 5 * system.period) @ np.array(start)[[0, 2, 1, 3]]
+    # much damping takes 2^10 smallest cells, whose propagators are squared
+    assert orbit.state == pytest.approx(after[[0, 2, 1, 3]], abs=2e-14 if c < 1 else 5e-12)
+
+
+def test_a_stiff_host_in_steady_motion_moves_as_its_frequency_response():
+    """The highest mode is 26 times as fast as the force; nothing is touched."""
+    frame = nv.shear_frame([1e4] * 20, [8e6] * 20, ratio=0.05)
+    omega = frame.frequencies[0] * 0.9
+    X = frame.frequency_response(omega, force={"roof": 1e3})
+    start = np.ravel(np.column_stack([X.real, (1j * omega * X).real]))
+    system = nv.System.from_host(frame, force={"roof": 1e3}, omega=omega)
+    orbit = nv.simulate(system, 50, start=start, quiet=True)
+    scale = np.abs(X).max() * np.array([1, omega] * 20)
+    assert np.all(np.abs(orbit.section - start) < 1e-12 * scale)
+
+
+def test_motion_of_the_ground_is_a_force_on_all_masses():
+    frame = nv.shear_frame([1000.0, 800.0], [8e4, 6e4], ratio=0.02)
+    cell = nv.Damper("cell", "roof", m=30.0, k=150.0, c=5.0, walls=[nv.Wall(1.0, K=1e7)])
+    system = nv.System.from_host(frame, [cell], base={"acceleration": 0.2}, omega=5.0)
+    M, C, K, _, _ = matrices_of(system)
+    X = np.linalg.solve(K - 25 * M + 5j * C, -0.2 * M @ np.ones(3))
+    start = np.ravel(np.column_stack([X.real, (5j * X).real]))
+    orbit = nv.simulate(system, 3, start=start, quiet=True)
+    assert orbit.state == pytest.approx(start, abs=1e-13)
+
+
+def test_a_reduced_host_follows_the_whole_one_and_continues_bit_for_bit():
+    frame = nv.shear_frame([1000.0] * 8, [9e5] * 8, ratio=0.02)
+    cell = nv.Damper("cell", "roof", m=120.0, k=900.0, c=60.0, walls=[nv.Wall(0.01, K=2e6)])
+    load = {"force": {"roof": 400.0}, "omega": 5.5}
+    whole = nv.simulate(nv.System.from_host(frame, [cell], **load), 10, quiet=True)
+    reduced = nv.System.from_host(frame.reduced(6, statics=["roof"]), [cell], **load)
+    assert reduced.scene.components[0] == "mode1"
+    orbit = nv.simulate(reduced, 10, quiet=True)
+    roof = orbit.section[:, :14:2] @ reduced.host.row("roof")
+    assert len(orbit.impacts) == len(whole.impacts) > 5
+    assert np.abs(roof - whole.section[:, 14]).max() < 2e-3 * np.abs(roof).max()
+    half = nv.simulate(reduced, 3, transient=7, quiet=True)
+    assert np.array_equal(half.section, orbit.section[7:])
+    assert np.array_equal(nv.simulate(reduced, 10, quiet=True).state, orbit.state)
+
+
+FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+HARD = nv.Wall(0.1, K=1.0)
+CELL = nv.Damper("cell", "roof", m=900.0, walls=[HARD])
+LOAD = {"force": {"roof": 1.0}, "omega": 1.0}
+
+
+def hung(name="a", place="roof", **options):
+    return nv.Damper(name, place, **{"m": 1.0, **options})
+
+
+def of(*dampers, host=FRAME, **load):
+    return nv.System.from_host(host, dampers, **{**LOAD, **load})
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: nv.Wall(0.1, "left"), "unknown side 'left'"),
+        (lambda: nv.Wall(0.1, law="hertzian"), "did you mean 'hertz'"),
+        (lambda: nv.Wall(0.1), "law 'hertz' needs E1, .*, or K"),
+        (lambda: nv.Wall(0.1, K=-1.0), "K = -1.0 is not allowed"),
+        (lambda: nv.Wall(0.1, law="restitution", e=0.5, K=1.0), "constant of law 'restitution'"),
+        (lambda: nv.Wall(0.1, K=1.0, E1=1.0), "K stands beside constants"),
+        (lambda: hung(m=None), "damper 'a': a mass m is missing"),
+        (lambda: hung(place=("roof", "ground")), "damper 'a': has no mass m between"),
+        (lambda: hung(m=0.0), "m = 0 must be > 0"),
+        (lambda: hung(k=-1.0), "k = -1 must be >= 0"),
+        (lambda: hung(walls=[HARD, HARD]), "two walls are on one side"),
+        (lambda: hung(walls=[HARD, nv.Wall(-0.2, "-", K=1.0)]), "its walls overlap by 0.1 m"),
+        (lambda: of(CELL, CELL), "'cell': the name is taken"),
+        (lambda: of(hung(place="rooof")), "damper 'a': .*did you mean 'roof'"),
+        (lambda: of(CELL, force=None), "one of force and base"),
+        (lambda: of(CELL, force={"rooof": 1.0}), "'roof'"),
+        (lambda: of(CELL, omega=0.0), "must be > 0"),
+        (lambda: of(CELL, host=nv.Host.from_modes([{"f": 1.0, "shape": {"tip": 1, "roof": 0}}]),
+                    force={"tip": 1.0}), "no mode of the host moves 'roof'"),
+        (lambda: nv.simulate(of(CELL), 2, record=["energy"]), "record of a host 'energy'"),
+        (lambda: nv.simulate(of(CELL), 2, start=[1, 2]), "8 finite numbers floor1, v_floor1"),
+        (lambda: nv.classify(of(CELL)), "must be a System"),
+    ],
+)  # fmt: skip
+def test_wrong_requests_are_refused(call, message):
+    with pytest.raises(nv.RequestError, match=message):
+        call()

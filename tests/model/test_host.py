@@ -1,0 +1,238 @@
+"""Hosts: frequencies against closed forms, statics of reductions, files, refusals."""
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.optimize
+import scipy.sparse
+
+import nlds_vines as nv
+
+FRAME = nv.shear_frame([1e4] * 10, [8e6] * 10, ratio=0.02)
+
+BEAMS = {  # cos or sin of the wave number with its hyperbolic partner, and where it vanishes
+    "clamped-free": (lambda a: np.cos(a) + 1 / np.cosh(a), [1.9, 4.7, 7.9, 11.0]),
+    "clamped-clamped": (lambda a: np.cos(a) - 1 / np.cosh(a), [4.7, 7.9, 11.0, 14.1]),
+    "clamped-pinned": (lambda a: np.sin(a) - np.cos(a) * np.tanh(a), [3.9, 7.1, 10.2, 13.4]),
+    "pinned-pinned": (np.sin, [np.pi, 2 * np.pi, 3 * np.pi, 4 * np.pi]),
+}
+
+
+@pytest.mark.parametrize("ends", BEAMS)
+def test_frequencies_of_beams_are_those_of_the_closed_form(ends):
+    equation, near = BEAMS[ends]
+    numbers = np.array([scipy.optimize.brentq(equation, a - 0.3, a + 0.3) for a in near])
+    length, EI, per_length = 2.5, 70.0, 1.3
+    exact = (numbers / length) ** 2 * np.sqrt(EI / per_length)
+    # an element's error falls with the fourth power of its length
+    errors = [
+        nv.beam(length, EI, per_length, ends=ends, elements=n).frequencies[:4] / exact - 1
+        for n in (20, 40)
+    ]
+    assert np.abs(errors[0]).max() < 2e-4
+    assert errors[0][2:] / errors[1][2:] == pytest.approx(16, rel=0.05)
+
+
+def test_a_free_beam_moves_without_stiffness_and_has_the_frequencies_of_a_clamped_one():
+    free, clamped = (nv.beam(1, 1, 1, ends=ends) for ends in ("free-free", "clamped-clamped"))
+    assert free.frequencies[:2].tolist() == [0, 0]
+    assert free.frequencies[2:5] == pytest.approx(clamped.frequencies[:3], rel=2e-5)
+    assert free.inertia.sum() == pytest.approx(free.inertia[::2].sum() + free.inertia[1::2].sum())
+    # the ground moves all of the beam: the force is its mass times the acceleration
+    across = np.tile([1.0, 0.0], 21)
+    assert across @ free.inertia == pytest.approx(1.0)
+
+
+def test_frequencies_of_frames_and_chains_are_those_of_the_closed_form():
+    j = np.arange(1, 11)
+    exact = 2 * np.sqrt(800) * np.sin((2 * j - 1) * np.pi / 42)
+    assert FRAME.frequencies == pytest.approx(exact, rel=1e-12)
+    assert FRAME.dofs[0] == "floor1"
+    assert FRAME.dofs[-1] == "roof"
+    fixed = nv.chain([1.0] * 5, [4.0] * 6)
+    assert fixed.frequencies == pytest.approx(4 * np.sin(np.arange(1, 6) * np.pi / 12), rel=1e-12)
+    cyclic = nv.chain([1.0] * 8, [0.5] * 8, grounds=1.0, cyclic=True)
+    exact = np.sort(np.sqrt(1 + 2 * np.sin(np.pi * np.arange(8) / 8) ** 2))
+    assert cyclic.frequencies == pytest.approx(exact, rel=1e-12)
+
+
+def test_damping_is_that_of_the_ratios_of_rayleigh_or_of_the_matrix():
+    M, K = FRAME.M, FRAME.K
+    assert FRAME.damping_ratios == pytest.approx(np.full(10, 0.02), rel=1e-9)
+    several = nv.Host(M, K, ratio=[0.01, 0.03])
+    assert several.damping_ratios == pytest.approx([0.01] + [0.03] * 9, rel=1e-9)
+    a, b, omega = 0.3, 1e-3, FRAME.frequencies
+    rayleigh = nv.Host(M, K, rayleigh=(a, b))
+    assert rayleigh.damping_ratios == pytest.approx((a / omega + b * omega) / 2, rel=1e-9)
+    assert np.allclose(rayleigh.C, a * M + b * K, rtol=1e-14, atol=0)
+    assert nv.Host(M, K).damping_ratios.max() == 0
+
+
+def test_the_response_solves_the_equation_of_motion():
+    omega = np.array([[0.0, 3.0], [8.0, 21.0]])
+    X = FRAME.frequency_response(omega, force={"roof": 800.0, "floor3": -20.0})
+    assert X.shape == (2, 2, 10)
+    force = np.zeros(10)
+    force[[9, 2]] = 800, -20
+    for at in np.ndindex(omega.shape):
+        w = omega[at]
+        rest = (FRAME.K - w**2 * FRAME.M + 1j * w * FRAME.C) @ X[at] - force
+        assert np.abs(rest).max() < 1e-9 * 800
+    # far below the first mode the frame follows the ground: relative to it, -a / omega1^2
+    one = nv.Host([[2.0]], [[50.0]])
+    assert one.frequency_response(1e-4, base=3.0)[0] == pytest.approx(-3.0 * 2 / 50, rel=1e-6)
+    assert np.isinf(one.frequency_response(5.0, force={"x1": 1.0})[0])
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_a_reduction_keeps_low_modes_and_the_static_response(large, monkeypatch):
+    if large:
+        monkeypatch.setattr("nlds_vines.model.host.MOST_DENSE", 8)
+    host = nv.Host(FRAME.M, scipy.sparse.csr_array(FRAME.K), ratio=0.02, dofs=FRAME.dofs)
+    assert scipy.sparse.issparse(host.M) == large
+    reduced = host.reduced(3, statics=["roof"])
+    assert reduced.shape.shape == (10, 4)
+    assert reduced.frequencies[:3] == pytest.approx(FRAME.frequencies[:3], rel=1e-9)
+    for load in ({"force": {"roof": 1e3}}, {"base": 2.0}):
+        exact = FRAME.frequency_response(FRAME.frequencies[0], **load)
+        assert reduced.frequency_response(FRAME.frequencies[0], **load) == pytest.approx(
+            exact, rel=2e-3
+        )
+    at_rest = {"omega": 0.0, "force": {"roof": 1e3}}
+    exact = FRAME.frequency_response(**at_rest)
+    assert reduced.frequency_response(**at_rest)[9] == pytest.approx(exact[9], rel=1e-7)
+    plain = host.reduced(3)
+    assert abs(plain.frequency_response(**at_rest)[9] / exact[9] - 1) > 0.02
+    assert plain.note == "3 of 10 modes"
+
+
+def test_a_reduction_to_all_modes_changes_no_response_and_a_free_structure_can_be_reduced():
+    everything = FRAME.reduced(10, statics=["roof"])
+    omega = np.linspace(0, 60, 7)
+    for load in ({"force": {"floor4": 1.0}}, {"base": 1.0}):
+        assert everything.frequency_response(omega, **load) == pytest.approx(
+            FRAME.frequency_response(omega, **load), rel=1e-9, abs=1e-18
+        )
+    below = FRAME.reduced(below=FRAME.frequencies[4])
+    assert below.shape.shape == (10, 5)
+    free = nv.chain([1.0] * 6, [0.0] + [1.0] * 5)
+    reduced = free.reduced(2, statics=["x6"])
+    # the kept modes and the response to a force on x6 without them
+    low = np.linspace(0.05, 0.4, 5)
+    load = {"force": {"x6": 1.0}}
+    exact = free.frequency_response(low, **load)[:, 5]
+    assert reduced.frequency_response(low, **load)[:, 5] == pytest.approx(exact, rel=3e-3)
+
+
+def test_modes_are_a_host():
+    modes = [
+        {"f": FRAME.frequencies[i] / (2 * np.pi), "zeta": 0.02, "participation": part,
+         "shape": dict(zip(FRAME.dofs, FRAME.modes[:, i], strict=True))}
+        for i, part in enumerate(FRAME.modes.T @ FRAME.inertia)
+    ]  # fmt: skip
+    host = nv.Host.from_modes(modes[::-1])
+    assert host.dofs == FRAME.dofs
+    for load in ({"force": {"roof": 1.0}}, {"base": 1.0}):
+        exact = FRAME.frequency_response(7.0, **load)
+        assert host.frequency_response(7.0, **load) == pytest.approx(exact, rel=1e-9)
+    assert nv.Host.from_modes(modes[:2], dofs=("roof",)).dofs[0] == "roof"
+
+
+def test_hosts_come_from_files(tmp_path):
+    C = 1e-3 * FRAME.K
+    matrices = {"M": FRAME.M, "K": FRAME.K, "C": C, "influence": np.arange(10.0)}
+    np.savez(tmp_path / "a.npz", **matrices, dofs=FRAME.dofs, other=3)
+    scipy.io.savemat(tmp_path / "a.mat", {**matrices, "dofs": np.array(FRAME.dofs, dtype=object)})
+    scipy.io.savemat(tmp_path / "b.mat", {**matrices, "K": scipy.sparse.csc_array(FRAME.K)})
+    for name in ("a.npz", "a.mat", "b.mat"):
+        host = nv.Host.from_file(tmp_path / name)
+        assert np.array_equal(host.C, C)
+        assert host.inertia == pytest.approx(1e4 * np.arange(10))
+        assert host.dofs[-1] == ("x10" if name == "b.mat" else "roof")
+    assert nv.Host.from_file(tmp_path / "a.npz", ratio=0.1).damping_ratios[0] == pytest.approx(0.1)
+    for name in "MK":
+        scipy.io.mmwrite(tmp_path / name, scipy.sparse.csc_array(matrices[name]))
+    host = nv.Host(tmp_path / "M.mtx", str(tmp_path / "K.mtx"))
+    assert np.array_equal(host.K, FRAME.K)
+
+
+EYE = np.eye(2)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"M": [[1, 0], [0, 0]]}, "M gives the degree of freedom 'x2' the mass 0, which must be"),
+        ({"M": [[1, 2], [2, 1]]}, "M must be positive definite, but has the eigenvalue -1"),
+        ({"K": [[1, 2], [2, 1]]}, "K must be positive semidefinite, but has the eigenvalue -1"),
+        ({"K": [[1, 2], [0, 1]]}, r"K is not symmetric: K\[0, 1\] = 2, K\[1, 0\] = 0"),
+        ({"K": np.eye(3)}, r"K has the shape \(3, 3\), but M has \(2, 2\)"),
+        ({"K": [1, 2]}, r"K has the shape \(2,\); it must be square"),
+        ({"K": [[1, np.nan], [0, 1]]}, "K holds a value that is no finite number"),
+        ({"K": "none.mtx"}, "K = 'none.mtx' cannot be read"),
+        ({"K": "x"}, "K = 'x' cannot be read"),
+        ({"C": -EYE}, "C must be positive semidefinite"),
+        ({"C": EYE, "ratio": 0.1}, "the damping is stated twice"),
+        ({"ratio": -0.1}, "ratio = .* must be finite numbers >= 0"),
+        ({"rayleigh": (1, 2, 3)}, "must be two numbers"),
+        ({"dofs": ["a", "a"]}, "dofs = .* must be 2 different names"),
+        ({"dofs": ["a.b", "c"]}, "dofs: 'a.b' is no name"),
+        ({"dofs": ["ground", "c"]}, "dofs: 'ground' is no name"),
+        ({"influence": [1]}, "influence has 1 values for 2 degrees of freedom"),
+    ],
+)
+def test_what_is_no_host_is_refused_in_one_line(options, message):
+    with pytest.raises(nv.RequestError, match=message) as error:
+        nv.Host(**{"M": EYE, "K": EYE, **options})
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: FRAME.reduced(), "a reduction needs one of keep and below"),
+        (lambda: FRAME.reduced(11), "keep = 11 must be a whole number from 1 to 10"),
+        (
+            lambda: FRAME.reduced(below=1.0),
+            r"below = 1 leaves no mode: the lowest has 4.22\d rad/s",
+        ),
+        (lambda: FRAME.reduced(3, statics=["rooof"]), "did you mean 'roof'"),
+        (lambda: FRAME.frequency_response(1.0), "a response needs one of force and base"),
+        (lambda: FRAME.frequency_response(1.0, force={"top": 1.0}), "'top'"),
+        (lambda: nv.Host.from_modes([]), "has no mode"),
+        (lambda: nv.Host.from_modes([{"f": 0, "shape": {}}]), "mode 1: f = 0 must be > 0"),
+        (lambda: nv.Host.from_modes([{"f": 1.0, "shapes": {}}]), "did you mean 'shape'"),
+        (lambda: nv.Host.from_file("frame.txt"), ".txt is no host; allowed: .npz, .mat"),
+        (lambda: nv.Host.from_file("absent.npz"), "absent.npz: cannot be read"),
+        (lambda: nv.beam(1, 1, 0), "mass_per_length = 0 must be > 0"),
+        (lambda: nv.beam(1, 1, 1, ends="clamped"), "did you mean 'clamped-free'"),
+        (lambda: nv.chain([1, 1], [1]), "1 springs do not fit 2 masses"),
+        (lambda: nv.shear_frame([1, -1], [1, 1]), "'roof' the mass -1, which must be > 0"),
+        (lambda: nv.chain([1, 1], [1, -1]), "must be finite numbers >= 0"),
+    ],
+)
+def test_wrong_requests_are_refused(call, message):
+    with pytest.raises(nv.RequestError, match=message):
+        call()
+
+
+def test_a_file_without_stiffness_is_refused(tmp_path):
+    np.savez(tmp_path / "a.npz", M=EYE, Kay=EYE)
+    with pytest.raises(nv.RequestError, match=r"a.npz: has no array K; it has: M, Kay"):
+        nv.Host.from_file(tmp_path / "a.npz")
+
+
+def test_a_large_host_has_to_be_reduced_and_can_be():
+    n = 3000
+    K = scipy.sparse.diags_array(
+        [-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]
+    )
+    host = nv.Host(scipy.sparse.eye_array(n), 1e6 * K, rayleigh=(0.1, 0.0))
+    with pytest.raises(nv.RequestError, match="too large for all its modes: reduce it"):
+        _ = host.frequencies
+    reduced = host.reduced(4, statics=["x1500"])
+    exact = 2e3 * np.sin(np.arange(1, 5) * np.pi / (2 * n + 2))
+    assert reduced.frequencies[:4] == pytest.approx(exact, rel=1e-7)
+    assert reduced.damping_ratios[:4] == pytest.approx(0.05 / exact, rel=1e-7)
+    middle = reduced.frequency_response(0.0, force={"x1500": 1.0})[1499].real
+    assert middle == pytest.approx(1500 * 1501 / 3001 / 1e6, rel=1e-6)

@@ -363,7 +363,7 @@ def test_a_frequency_that_was_set_stays_when_the_masses_change():
 @pytest.mark.parametrize("name", ["f1", "T1", "frequency_ratio"])
 def test_an_axis_along_a_frequency_keeps_its_name_and_its_values(name):
     values = [0.8, 0.9, 1.1]
-    scan = scan_over({name: {"values": values}})
+    scan = load_scan("ssul-set6", {"vary": {name: values}})
     assert (scan.axes[0].name, scan.axes[0].values.tolist()) == (name, values)
     cells = scan.system.cells({name: scan.axes[0].values})
     each = [load_system("ssul-set6", **{name: value}).cells() for value in values]
@@ -390,18 +390,14 @@ def test_branches_go_along_a_frequency_as_along_its_stiffness(name, ends):
     assert request.along.high == pytest.approx(stiffness[1])
 
 
-def scan_over(vary, **changes):
-    return load_scan("ssul-set6", {"vary": vary, **changes})
-
-
 def test_an_axis_along_a_ratio_is_one_along_its_parameter():
-    hertz = scan_over({"f": {"start": 0.8, "stop": 1.2, "num": 3}})
-    rad = scan_over({"omega": {"values": list(2 * pi * np.array([0.8, 1.0, 1.2]))}})
+    hertz = load_scan("ssul-set6", {"vary": {"f": {"start": 0.8, "stop": 1.2, "num": 3}}})
+    rad = load_scan("ssul-set6", {"vary": {"omega": 2 * pi * np.array([0.8, 1.0, 1.2])}})
     assert hertz.axes[0].name == "omega"
     assert hertz.axes[0].values == pytest.approx(rad.axes[0].values, rel=1e-15)
     assert hertz.document()["vary"] == {"f": {"values": [0.8, 1.0, 1.2]}}
     assert load_scan(hertz.document()).axes[0].values.tolist() == hertz.axes[0].values.tolist()
-    damped = scan_over({"zeta1": {"values": [0.01, 0.02]}}, set={"f": 1.0})
+    damped = load_scan("ssul-set6", {"vary": {"zeta1": [0.01, 0.02]}, "set": {"f": 1.0}})
     assert "ω = 6.28319 rad/s: c₁" in damped.title
     assert load_scan(hertz.document()).hash == hertz.hash
     # what the command line varies need not be removed from a file

@@ -156,12 +156,26 @@ class Host(Outlined):
         self._squares, self._vectors = _modes(self.K, self.M, len(self.inertia))
         if self.ratio is not None:
             moments = self.M @ self._vectors
-            missing = max(0, len(self.inertia) - self.ratio.size)
-            ratios = np.pad(self.ratio, (0, missing), mode="edge")[: len(self.inertia)]
-            rates = 2 * ratios * np.sqrt(self._squares)
-            self.C = (moments * rates) @ moments.T
+            self.C = (moments * self.rates_of(self._squares)) @ moments.T
         elif self.C is None:
             self.C = np.zeros_like(self.K)
+
+    def rates_of(self, squares: np.ndarray) -> np.ndarray:
+        """Return the damping of all modes by `ratio`, 2 zeta omega [1/s].
+
+        Parameters
+        ----------
+        squares : (n,) ndarray
+            Squares of their frequencies [1/s^2], ascending.
+
+        Returns
+        -------
+        (n,) ndarray
+            The damping; the last ratio holds for all modes above.
+        """
+        ratios = np.asarray(self.ratio, dtype=float)
+        missing = max(0, squares.size - ratios.size)
+        return 2 * np.pad(ratios, (0, missing), "edge")[: squares.size] * np.sqrt(squares)
 
     @classmethod
     def from_modes(cls, modes: Sequence[Mapping[str, Any]], *, dofs: Sequence[str] = ()) -> Host:

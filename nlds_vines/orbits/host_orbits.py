@@ -131,9 +131,12 @@ class HostOrbits:
 
         rows = by_mode(system.rows())
         push = by_mode(system.push()[None])[0]
-        damping = _times(_times(self.modes.T, np.asarray(host.C)), self.modes)
-        own = np.diag(damping).copy()
-        coupling = damping - np.diag(own)
+        if host.ratio is not None:
+            own, coupling = host.rates_of(squares), np.zeros((n, n))
+        else:
+            damping = _times(_times(self.modes.T, np.asarray(host.C)), self.modes)
+            own = np.diag(damping).copy()
+            coupling = damping - np.diag(own)
         # modal damping is that of modes, but for round-off
         is_modal = np.abs(coupling).max() <= 1e-12 * max(np.abs(own).max(), 1e-300)
         walls = [(i, wall) for i, damper in enumerate(system.dampers) for wall in damper.walls]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, library, shown, whole
+from nlds_vines.errors import RequestError, choice, library, shown, unknown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -298,7 +298,13 @@ def simulate(
     >>> bool(abs(orbit.section[2] - orbit.section[0]).max() < 1e-6)
     True
     """
+    options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     if isinstance(system, HostSystem):
+        choice("method of a host", method, METHODS[:1])
+        for name, value in {**options, **overrides}.items():
+            if value is not None:
+                allowed = "start, transient, record, tolerance, samples"
+                raise unknown("option of a host's orbit", name, allowed.split(", "))
         count = whole("samples", samples, 1, 10**6)
         span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
         return _simulate_host(system, span, start, record, tolerance, quiet)
@@ -310,7 +316,6 @@ def simulate(
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
     record = checked_record(system, record)
-    options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     settings = chosen_settings(method, {"tolerance": tolerance, **options})
     cell = system.cell
     begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))

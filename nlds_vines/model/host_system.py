@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import pi
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -148,8 +148,9 @@ class Damper:
             self.__dict__["walls"] = walls
 
 
-class HostScene(NamedTuple):
-    """Names of the state's components."""
+@dataclass(frozen=True, repr=False)
+class HostScene(Outlined):
+    """The names of the components of states."""
 
     components: tuple[str, ...]
 

@@ -42,10 +42,10 @@ class Host(Outlined):
 
     Parameters
     ----------
-    M, K : (n, n) array_like, sparse array, or path
+    M, K : (n, n) array_like, sparse array or path-like
         Mass [kg] and stiffness [N/m]: symmetric, M positive definite, K positive semidefinite.  A
         path is that of a Matrix Market file.
-    C : (n, n) array_like, sparse array, or path, optional
+    C : (n, n) array_like, sparse array or path-like, optional
         Damping [N s/m], symmetric and positive semidefinite; by default 0.
     ratio : float or sequence of float, optional
         Modal damping ratio in place of C: one for all modes, or one for each of the lowest modes,
@@ -275,7 +275,7 @@ class Host(Outlined):
                     with np.load(path) as arrays:
                         values = dict(arrays)
                 else:
-                    values = scipy.io.loadmat(path, spmatrix=False)
+                    values = scipy.io.loadmat(path)
             except (OSError, ValueError, NotImplementedError) as error:  # MATLAB's 7.3 is HDF5
                 raise RequestError(f"cannot be read: {error}") from None
             for name in ("M", "K"):
@@ -719,7 +719,7 @@ def _matrix(name: str, value: Any) -> Any:
     """Return a symmetric matrix, dense up to `MOST_DENSE` rows, otherwise sparse."""
     if isinstance(value, str | os.PathLike):
         try:
-            value = scipy.io.mmread(value, spmatrix=False)
+            value = scipy.io.mmread(value)
         except (OSError, ValueError) as error:
             raise RequestError(f"{name} = {shown(str(value))} cannot be read: {error}") from None
     if not scipy.sparse.issparse(value):

@@ -6,6 +6,7 @@ the static response of chosen degrees of freedom; ready-made frames, beams and c
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -117,7 +118,11 @@ class Host(Outlined):
         moved = np.ones(n) if influence is None else _vector("influence", influence)
         if moved.shape != (n,):
             raise RequestError(f"influence has {moved.size} values for {n} degrees of freedom")
-        self.inertia, self.note, self.is_plain = self.M @ moved, "", True
+        # sums of dense rows are rounded once: the same bits on every processor
+        self.inertia = (
+            np.array([math.fsum(row) for row in self.M * moved]) if is_dense else self.M @ moved
+        )
+        self.note, self.is_plain = "", True
         self._moved = moved
         self.ratio = None if ratio is None else _vector("ratio", np.atleast_1d(ratio), least=0.0)
         if rayleigh is not None:

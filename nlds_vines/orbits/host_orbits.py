@@ -19,7 +19,7 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import SIDES, HostSystem
-from nlds_vines.model.parameters import CONSTANTS
+from nlds_vines.model.parameters import CONSTANTS, DAMPING
 from nlds_vines.model.scenes import LONGEST_NAME
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.kernel_inputs import WALLS
@@ -34,7 +34,7 @@ LAWS_IN_KERNELS = (
     ("hertz", False), ("power", False), ("power", True), ("linear", False),
     ("kelvin-voigt", False), ("restitution", False),
 )  # fmt: skip
-"""The laws of walls in the order of `Laws`, and of the numbers that stand for them."""
+"""The laws of walls in the order of the numbers of `kernels.hosts.walls`; a rigid one is last."""
 
 IMPACT = np.dtype(
     [
@@ -160,20 +160,25 @@ class HostOrbits:
             LAWS_IN_KERNELS.index(("power" if wall.is_damped else wall.law, wall.is_damped))
             for _, wall in walls
         ]
-        constants = np.zeros(len(walls), _CONSTANTS)
+        constants, margins = np.zeros(len(walls), _CONSTANTS), []
         for record, (_, wall) in zip(constants, walls, strict=True):
             record["exponent"] = 1.5
             for name in CONSTANTS:
                 record[name] = wall.constants.get(name, record[name])
+            is_spring = wall.law == "linear"
+            margins += (
+                [0.0, record["kc"], record["cc"]] if is_spring else [1.0, 0.0, record[DAMPING]]
+            )
         self.walls = Walls(
             number=len(walls),
             links=np.array([i for i, _ in walls], dtype=np.int64),
             signs=np.array([SIDES[wall.side] for _, wall in walls]),
             gaps=np.array([wall.gap for _, wall in walls]),
             inverse=np.array([np.sum(rows[i] * rows[i] * inverse) for i, _ in walls]),
-            laws=Laws(*[WALLS[law] for law in LAWS_IN_KERNELS]),
+            laws=Laws(*[WALLS[law] for law in LAWS_IN_KERNELS[:-1]]),
             law=np.array(laws, dtype=np.int64),
             constants=constants.view(np.recarray),
+            margins=np.array(margins, dtype=float),
         )
         self.tolerance = tolerance
 

@@ -233,6 +233,22 @@ def test_flights_are_exact_where_two_pairs_of_eigenvalues_meet_and_with_much_dam
     assert orbit.state == pytest.approx(after[[0, 2, 1, 3]], abs=2e-14 if c < 1 else 5e-12)
 
 
+def test_a_structure_that_moves_freely_flies_as_by_its_exponential():
+    """It has a mode without stiffness, and dashpots that couple its modes."""
+    chain = nv.chain([1.0, 2.0, 2.0, 1.0], [0.0, 3.0, 5.0, 3.0])
+    C = 0.1 * np.diag([1.0, 0.0, 0.0, 2.0])
+    host = nv.Host(chain.M, chain.K, C)
+    damper = nv.Damper("u", "x2", m=0.5, k=0.7, c=0.2)
+    system = nv.System.from_host(host, [damper], force={"x1": 0.0}, omega=1.3)
+    start = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.2, 1.0, -0.3, 0.2, 0.6])
+    orbit = nv.simulate(system, 4, start=start, quiet=True)
+    M, C, K, _, _ = matrices_of(system)
+    A = np.block([[np.zeros((5, 5)), np.eye(5)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    after = scipy.linalg.expm(A * 4 * system.period) @ np.concatenate([start[::2], start[1::2]])
+    found = np.concatenate([orbit.state[::2], orbit.state[1::2]])
+    assert found == pytest.approx(after, abs=1e-12)
+
+
 def test_a_stiff_host_in_steady_motion_moves_as_its_frequency_response():
     """The highest mode is 26 times as fast as the force; nothing is touched."""
     frame = nv.shear_frame([1e4] * 20, [8e6] * 20, ratio=0.05)

@@ -70,7 +70,9 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     verdicts = out.verdicts(chains)
     rows = out.evidence[:, 0]
     point = rows[:, ev.POINT : ev.POINT + 4]
-    return Judged({name: a[:, 0] for name, a in verdicts.items()}, point, out.buffers.ends[:, 0, 1, :4])
+    return Judged(
+        {name: a[:, 0] for name, a in verdicts.items()}, point, out.buffers.ends[:, 0, 1, :4]
+    )
 
 
 def cells_of(**values):

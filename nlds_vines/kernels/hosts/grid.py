@@ -1,6 +1,6 @@
 """The tables of a flight: exact propagators over cells, and bounds that certify touches.
 
-A period has `count` smallest cells, 2^levels of which are a coarse one; the propagator of each
+A period has `cells` smallest cells, 2^levels of which are a coarse one; the propagator of each
 level is the square of that below it. A flight takes the coarsest cell in which no touch is
 possible.
 
@@ -35,7 +35,7 @@ class HostGrid(NamedTuple):
     h: float  # of a smallest cell [s]
     rate: float  # bound of the rates of the motion [1/s]
     propagators: Any  # (levels + 1) * N * (N + 2): columns of y, cos and sin, from the coarsest on
-    phases: Any  # 2 (count + 1): cos and sin at the beginning of smallest cells
+    phases: Any  # 2 (cells + 1): cos and sin at the beginning of smallest cells
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
     fourth: Any  # links * size: bounds of |r''''| by norms of pairs
     forced: Any  # (links,) by the force
@@ -102,7 +102,7 @@ def matrix_of(body):
 
 @jit
 def pairs_of(body, a):
-    """Return (scales, matrix): w of each pair, and A in the coordinates of pairs, without force.
+    """Return (scales, matrix, back): w of each pair, A by pairs, and coordinates by pairs.
 
     Pairs are (w x, v) of modes and (w r, s) of the links of masses. Link j of a mass is that of
     coordinate modes + j: r = (its part of the host) - u. A pair without stiffness has w = 0; its
@@ -115,20 +115,18 @@ def pairs_of(body, a):
     for i in range(n):
         squares[i] = body.squares[i]
     for link in range(body.links):
-        row, own = link * size, -1
-        for i in range(n, size):
-            if body.rows[row + i] != 0.0:
-                own = i
+        row, mass = link * size, n + link  # links of masses come first
+        has_mass = mass < size
         for j in range(size):
             stiffness = body.stiffness[link] * body.rows[row + j] * body.answers[row + j]
-            if own >= 0:  # k / mu
-                squares[own] += stiffness
+            if has_mass:  # in all k / mu
+                squares[mass] += stiffness
             elif j < n:
                 squares[j] += stiffness
-        if own >= 0:
+        if has_mass:
             for j in range(n):
-                back[own, j] = back[size + own, size + j] = body.rows[row + j]
-            back[own, own] = back[size + own, size + own] = -1.0
+                back[mass, j] = back[size + mass, size + j] = body.rows[row + j]
+            back[mass, mass] = back[size + mass, size + mass] = -1.0
     scales = np.sqrt(squares)
     # `back` is its own inverse: u = w q - r and r = w q - u
     free = np.ascontiguousarray(a[: 2 * size, : 2 * size])
@@ -182,7 +180,7 @@ def host_grid(body, stops):
     levels = 0
     while levels < MOST_HALVINGS and period / (coarse << levels) * fastest > REACH:
         levels += 1
-    fine = period / (coarse << levels) * fastest <= REACH
+    is_fine = period / (coarse << levels) * fastest <= REACH
     count = coarse << levels
     h = period / count
 
@@ -242,18 +240,7 @@ def host_grid(body, stops):
                 shaken += back[size + b, size + i] * body.push[i]
             push += fourth[link * size + b] * abs(shaken) * (period / coarse)
         forced[link] = push
-    return (
-        HostGrid(
-            count,
-            levels,
-            h,
-            max(omega, scales.max()),
-            propagators,
-            phases,
-            scales,
-            fourth,
-            forced,
-            polynomials,
-        ),
-        fine,
+    grid = HostGrid(
+        count, levels, h, fastest, propagators, phases, scales, fourth, forced, polynomials
     )
+    return grid, is_fine

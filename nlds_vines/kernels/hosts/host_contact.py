@@ -58,18 +58,15 @@ from .walls import (
     OWN_WEIGHT,
     ROOT,
     SCALES,
+    SHARE,
     fill,
     look,
-    margin,
-    restitution,
     scratch_of,
     start_of,
 )
 
 LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
-LAST_POWERS = (
-    5  # powers whose terms tell the radius of convergence: a free impact has every fifth alone
-)
+LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has every fifth alone
 
 # Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
 OF_TOTAL, OF_DRIVE, OF_QUADRATURE, OF_TIME = range(4)
@@ -172,12 +169,12 @@ def expand(body, walls, contacts, phase, unit, y):
                 s += body.rows[link * size + i] * S[row + size + i]
             k[at + AT_S] = sign * s
             force, share = fill(walls, wall, k, n)
-            constant, by_q, by_s = margin(walls, wall)
-            k[at + AT_MARGIN] = by_q * k[at + AT_Q] + by_s * k[at + AT_S]
+            m, margins = 3 * wall, walls.margins
+            k[at + AT_MARGIN] = margins[m + 1] * k[at + AT_Q] + margins[m + 2] * k[at + AT_S]
             if n == 0:
-                k[at + AT_MARGIN] += constant
+                k[at + AT_MARGIN] += margins[m]
             k[at + FORCE] = force * contacts.pushes[wall]
-            contacts.scales[SCALES * wall + OWN_RATE] = share
+            contacts.scales[SCALES * wall + SHARE] = share
             push_link(body, link, sign * k[at + FORCE], S, row + 2 * size)
         hold(body, walls, contacts, row + 2 * size, S, contacts.still)
         S[row + extra + OF_TOTAL] = fill_weights(contacts, n)
@@ -189,7 +186,7 @@ def expand(body, walls, contacts, phase, unit, y):
                 k[at + COLUMNS + AT_Q] = 0.0
             else:
                 rate = per * product(k, int(WEIGHTS_OF_OTHERS), int(AT_S), n)
-                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + OWN_RATE]
+                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + SHARE]
         if n == HIGHEST:
             break
         after = row + width
@@ -338,7 +335,6 @@ def guess_of(body, walls, contacts, phase, rate, y, work):
         _, s = along(body, walls.links[wall], y, 0)
         seen = look(walls, wall, contacts.q[wall], walls.signs[wall] * s, external, rate)
         scales[at + FAST], scales[at + ROOT] = max(seen.fast, abs(s)), seen.root
-        scales[at + OWN_WEIGHT] = seen.weight
         if walls.law[wall] == IS_RIGID:
             length = min(length, LONGEST_HELD / rate)
             continue
@@ -353,18 +349,18 @@ def guess_of(body, walls, contacts, phase, rate, y, work):
 
 
 @jit
-def length_of(body, walls, contacts, longest):
+def length_of(walls, contacts, longest):
     """Return the length of a step in units of theta whose last terms are within the tolerance.
 
-    The radius of convergence is read from the last terms of s and q of the walls in contact, and of
-    the forces of rigid ones.
+    The radius of convergence is read from the last terms of s and q of the compliant walls in
+    contact. The motion on rigid walls alone is as smooth as a flight, and has `LONGEST_HELD`.
     """
     active, scales, radius = contacts.active, contacts.scales, math.inf
     for c in range(active[0]):
         wall = active[1 + c]
         k = scratch_of(contacts, wall)
         if walls.law[wall] == IS_RIGID:
-            continue  # its motion is that of the other walls, or a flight's
+            continue
         fast, root = log(scales[SCALES * wall + FAST]), log(scales[SCALES * wall + ROOT])
         for n in range(HIGHEST - LAST_POWERS + 1, HIGHEST + 1):
             last = abs(k[SERIES + COLUMNS * n + AT_S])
@@ -508,7 +504,7 @@ def strike(host, wall, time, phase, y):
     active[0] = struck
     for c in range(before, struck):
         other = active[1 + c]
-        e, pressing = restitution(walls, other), outward_at(body, walls, other, work, 0)
+        e, pressing = walls.constants[other].e, outward_at(body, walls, other, work, 0)
         s = e * outward_at(body, walls, other, work, 2 * size)
         stays = pressing > 0.0 and rate * s <= BRIEF * pressing and (e < 1.0 or s == 0.0)
         contacts.rebounds[other] = 0.0 if stays else e
@@ -629,7 +625,7 @@ def first_event(body, walls, contacts, h, table):
             return x, event, place
         if x <= h:
             h, event, place = x, ENDS, 1 + c
-        if margin(walls, wall)[2] > 0.0:
+        if walls.margins[3 * wall + 2] > 0.0:
             sense = -1.0 if contacts.pushes[wall] == 1.0 else 1.0
             x = first_zero(k, int(AT_MARGIN), sense, h, table)
             if x < 0.0:
@@ -680,7 +676,7 @@ def follow(host, begun, y):
         unit = power_of_two(min(max(exponent_of(longest), LEAST_UNIT), LARGEST_UNIT))
         contacts.unit[0] = unit
         expand(body, walls, contacts, phase, unit, y)
-        h = length_of(body, walls, contacts, longest / unit)
+        h = length_of(walls, contacts, longest / unit)
         event, place, stopped = ENDS, 0, False
         for attempt in range(MOST_ATTEMPTS):
             h, event, place = first_event(body, walls, contacts, h, table)

@@ -113,13 +113,12 @@ def fly(body, grid, walls, scratch, begun, stop, y):
     """
     j, x = begun
     links, gaps, end = body.links, scratch.gaps, scratch.end
-    known = False  # whether the gaps at the beginning are those of y
+    has_gaps = False  # whether those at the beginning are of the state y
     while j < stop:
         if x == 0.0:
-            if not known:
+            if not has_gaps:
                 read_gaps(body, y, gaps, 0)
-            known = True
-            level, clear = 0, False
+            has_gaps, level, proven = True, 0, False
             while level < grid.levels and j & ((1 << (grid.levels - level)) - 1) != 0:
                 level += 1
             while True:
@@ -127,16 +126,16 @@ def fly(body, grid, walls, scratch, begun, stop, y):
                 read_gaps(body, end, gaps, 2 * links)
                 h = grid.h * (1 << (grid.levels - level))
                 h2 = h * h
-                clear, link, fourth = True, -1, 0.0
+                proven, link, fourth = True, -1, 0.0
                 for wall in range(walls.number):
                     if walls.links[wall] != link:
                         link = walls.links[wall]
                         fourth = bound_of(body, grid, link, y, gaps) * (h2 * h2)
-                    clear = clear and is_clear(walls, wall, h, gaps, links, fourth)
-                if clear or level == grid.levels:
+                    proven = proven and is_clear(walls, wall, h, gaps, links, fourth)
+                if proven or level == grid.levels:
                     break
                 level += 1
-            if clear:
+            if proven:
                 for i in range(2 * body.size):
                     y[i] = end[i]
                 for i in range(2 * links):
@@ -151,7 +150,7 @@ def fly(body, grid, walls, scratch, begun, stop, y):
                 return LOST_TOUCH, j, x
             if place < first or (place == first and touched == FLOWN):
                 first, touched = place, wall
-        known = False
+        has_gaps = False
         if x == 0.0 and touched == FLOWN:
             for i in range(2 * body.size):
                 y[i] = end[i]

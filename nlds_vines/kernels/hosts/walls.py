@@ -4,7 +4,8 @@ Walls of all laws stand in the same rows; a law is a number that chooses the law
 one compilation serves all hosts.
 
 A compliant wall pushes with its law's force. A force that would attract is switched off where its
-`margin` m0 + mq q + ms s falls through zero, until it rises again. A rigid wall that holds a damper
+margin m0 + mq q + ms s falls through zero, until it rises again: 1 + a s under Hunt and Crossley's
+damping, kc q + cc s of a spring with a dashpot, 1 of all others. A rigid wall that holds a damper
 pushes with the force that keeps s = 0.
 """
 
@@ -52,17 +53,17 @@ class Walls(NamedTuple):
     laws: Any  # `Laws`
     law: Any  # (number,) IS_HERTZ ...
     constants: Any  # (number,) records with the constants of laws
+    margins: Any  # 3 numbers of each: m0, mq and ms of its margin
 
 
 class Laws(NamedTuple):
-    """A wall of each law, of which only the type matters."""
+    """A wall of each compliant law, of which only the type matters."""
 
     hertz: Any
     power: Any
     damped: Any  # of power and of Hertz' law
     linear: Any
     pulling: Any  # linear, with a joint that may pull
-    rigid: Any
 
 
 IS_HERTZ, IS_POWER, IS_DAMPED, IS_SPRING, IS_PULLING, IS_RIGID = range(6)
@@ -87,16 +88,17 @@ class Contacts(NamedTuple):
     tolerance: float
 
 
-# Places of a wall in `scales`: a speed and a q of its impact, dt/dtheta and dq/dtheta of its own
-FAST, ROOT, OWN_WEIGHT, OWN_RATE = range(4)
-SCALES = 4
+# Places of a wall in `scales`: a speed and a q of its impact, 1 / p of z = q^p; at the end of a
+# step dt/dtheta and dq/dtheta of its own
+FAST, ROOT, SHARE, OWN_WEIGHT, OWN_RATE = range(5)
+SCALES = 5
 
 
 @jit
 def bare_walls(walls):
     return Walls(
         walls.number, bare(walls.links), bare(walls.signs), bare(walls.gaps), bare(walls.inverse),
-        walls.laws, bare(walls.law), walls.constants,
+        walls.laws, bare(walls.law), walls.constants, bare(walls.margins),
     )  # fmt: skip
 
 
@@ -171,22 +173,8 @@ def seen_at(wall, inverse, q, s, external, rate):
 
 
 @jit
-def margin_of(wall):
-    """Return (m0, mq, ms): the force acts where m0 + mq q + ms s is positive."""
-    if says(wall, "LINEAR"):
-        if wall.pulls is None:
-            return 0.0, wall.kc, wall.cc
-        return 1.0, 0.0, 0.0
-    if wall.damping is None:
-        return 1.0, 0.0, 0.0
-    return 1.0, 0.0, wall.damping.a
-
-
-@jit
 def begin_at(wall, external, depth):
     """Return (the depth up to which the contact's force is round-off, q at a `depth`)."""
-    if says(wall, "LINEAR"):
-        return 0.0, depth
     return faint(wall, FAINT * external / wall.kappa), root_of(wall, depth)
 
 
@@ -227,16 +215,6 @@ def look(walls, wall, q, s, external, rate):
 
 
 @jit
-def margin(walls, wall):
-    laws, law, result = walls.laws, walls.law[wall], (1.0, 0.0, 0.0)
-    if law == IS_DAMPED:
-        result = margin_of(wall_of(laws.damped, walls, wall))
-    if law == IS_SPRING:
-        result = margin_of(wall_of(laws.linear, walls, wall))
-    return result
-
-
-@jit
 def start_of(walls, wall, external, depth):
     laws, law, result = walls.laws, walls.law[wall], (0.0, 0.0)
     if law == IS_HERTZ:
@@ -248,8 +226,3 @@ def start_of(walls, wall, external, depth):
     if law in (IS_SPRING, IS_PULLING):
         result = 0.0, depth
     return result
-
-
-@jit
-def restitution(walls, wall):
-    return wall_of(walls.laws.rigid, walls, wall).e

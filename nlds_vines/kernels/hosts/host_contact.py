@@ -55,10 +55,10 @@ from .walls import (
     FAST,
     IS_RIGID,
     OWN_RATE,
+    OWN_SHARE,
     OWN_WEIGHT,
     ROOT,
     SCALES,
-    SHARE,
     fill,
     look,
     scratch_of,
@@ -174,7 +174,7 @@ def expand(body, walls, contacts, phase, unit, y):
             if n == 0:
                 k[at + AT_MARGIN] += margins[m]
             k[at + FORCE] = force * contacts.pushes[wall]
-            contacts.scales[SCALES * wall + SHARE] = share
+            contacts.scales[SCALES * wall + OWN_SHARE] = share
             push_link(body, link, sign * k[at + FORCE], S, row + 2 * size)
         hold(body, walls, contacts, row + 2 * size, S, contacts.still)
         S[row + extra + OF_TOTAL] = fill_weights(contacts, n)
@@ -186,7 +186,7 @@ def expand(body, walls, contacts, phase, unit, y):
                 k[at + COLUMNS + AT_Q] = 0.0
             else:
                 rate = per * product(k, int(WEIGHTS_OF_OTHERS), int(AT_S), n)
-                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + SHARE]
+                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + OWN_SHARE]
         if n == HIGHEST:
             break
         after = row + width

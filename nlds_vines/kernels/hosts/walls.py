@@ -90,7 +90,7 @@ class Contacts(NamedTuple):
 
 # Places of a wall in `scales`: a speed and a q of its impact, 1 / p of z = q^p; at the end of a
 # step dt/dtheta and dq/dtheta of its own
-FAST, ROOT, SHARE, OWN_WEIGHT, OWN_RATE = range(5)
+FAST, ROOT, OWN_SHARE, OWN_WEIGHT, OWN_RATE = range(5)
 SCALES = 5
 
 

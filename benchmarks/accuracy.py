@@ -514,7 +514,7 @@ def parser_of(description: str | None) -> argparse.ArgumentParser:
 
 
 def publish(command: str, lines: Iterable[str], page: Path | None) -> None:
-    """Print lines; if a page is given, put them between `<!-- COMMAND -->` and `<!-- end -->`.
+    """Print lines, and write them between `<!-- COMMAND -->` and `<!-- end -->` of a page, if any.
 
     Raises `ValueError` unless the page has these marks once.
     """

@@ -24,7 +24,7 @@ Group = argparse._ArgumentGroup
 # an option with `--` for its value, of which argparse makes an empty list
 _NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
 
-# a link in Markdown, of which its words are kept, and marks of code
+# a link in Markdown, which becomes its words, or a mark of code, which is dropped
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)|`")
 
 

@@ -155,7 +155,7 @@ def test_an_archive_knows_its_phases(plane, tmp_path, answer):
     assert chosen.begins(orbit.system).state == tuple(moved[0].tolist())
 
 
-def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(answer):
+def test_phases_of_starts_and_axes_are_the_same_and_phase_zero_compiles_nothing(answer, here):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
     scan = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})

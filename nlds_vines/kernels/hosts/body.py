@@ -1,7 +1,12 @@
 """The linear system of a host with its dampers, and its motion over a short time.
 
-M X'' + C X' + K X + sum over links of w (k r + c s) = F cos(omega t), r = w X and s = w X', with
-M = 1 of a host's mode, so that K is the squares of its frequencies.
+M X'' + C X' + K X + sum over links of w (k r + c s) = F f(t), r = w X and s = w X', with M = 1 of a
+host's mode, so that K is the squares of its frequencies.
+
+The force f is the first number e_0 of a drive e, which moves by itself: e_k' = paces_k e_(k + 1),
+where e_0 follows on the last one. A harmonic force has e = (cos(omega t), sin(omega t)). Of a load
+in time, a polynomial of the place in each period, e holds the coefficients of the powers of the
+place from the instant on, so that paces_k is (k + 1) / period, and 0 of the last one.
 """
 
 from __future__ import annotations
@@ -19,12 +24,15 @@ class Body(NamedTuple):
     modes: int  # of the host
     size: int  # coordinates X: modes, and masses of dampers
     links: int
-    omega: float  # of the force [rad/s]
+    omega: float  # of the force [rad/s]; of a load in time, a rate that it does not exceed
+    period: float  # [s]
+    drives: int  # numbers of the drive, even
+    paces: Any  # (drives,) rates of the drive [1/s]
     squares: Any  # (modes,) of the modes' frequencies [1/s^2]
     damping: Any  # (modes,) of each mode [1/s]
     coupling: Any  # (modes * modes,) damping by other modes [1/s]; without it no numbers
     coupled: bool
-    push: Any  # (size,) acceleration by a force of cos(omega t) = 1
+    push: Any  # (size,) acceleration by a force of f = 1
     rows: Any  # (links * size,) w: of r by X
     answers: Any  # (links * size,) accelerations by a unit force along r [1/kg], times -1
     stiffness: Any  # (links,) k of the links [N/m]
@@ -34,9 +42,9 @@ class Body(NamedTuple):
 @jit
 def bare_body(body):
     return Body(
-        body.modes, body.size, body.links, body.omega, bare(body.squares), bare(body.damping),
-        bare(body.coupling), body.coupled, bare(body.push), bare(body.rows), bare(body.answers),
-        bare(body.stiffness), bare(body.dashpots),
+        body.modes, body.size, body.links, body.omega, body.period, body.drives, bare(body.paces),
+        bare(body.squares), bare(body.damping), bare(body.coupling), body.coupled, bare(body.push),
+        bare(body.rows), bare(body.answers), bare(body.stiffness), bare(body.dashpots),
     )  # fmt: skip
 
 
@@ -60,43 +68,55 @@ def push_link(body, link, force, out, at):
 
 
 @jit
-def accelerate(body, y, at, drive, out, to):
-    """Write the accelerations X'' of a flight to out[to : to + size]; drive: cos(omega t)."""
+def accelerate(body, y, at, force, out, to):
+    """Write the accelerations X'' of a flight under a force f to out[to : to + size]."""
     n, v = body.modes, at + body.size
     for i in range(n):
-        out[to + i] = (body.push[i] * drive - body.squares[i] * y[at + i]) - (
+        out[to + i] = (body.push[i] * force - body.squares[i] * y[at + i]) - (
             body.damping[i] * y[v + i]
         )
     for i in range(n, body.size):
-        out[to + i] = body.push[i] * drive
+        out[to + i] = body.push[i] * force
     if body.coupled:
         for j in range(n):
             for i in range(n):
                 out[to + i] -= body.coupling[n * j + i] * y[v + j]
     for link in range(body.links):
         r, s = along(body, link, y, at)
-        force = body.stiffness[link] * r + body.dashpots[link] * s
-        if force != 0.0:
-            push_link(body, link, force, out, to)
+        joint = body.stiffness[link] * r + body.dashpots[link] * s
+        if joint != 0.0:
+            push_link(body, link, joint, out, to)
 
 
 @jit
-def move(body, phase, time, y, work):
-    """Advance a state y in place by a short time [s]; return (cos, sin) of the phase after it.
+def differentiate(body, drive, at):
+    """Replace a drive, which begins at drive[at], by its rate."""
+    last = at + body.drives - 1
+    first = drive[at]
+    for k in range(at, last):
+        drive[k] = body.paces[k - at] * drive[k + 1]
+    drive[last] = body.paces[last - at] * first
 
-    By a Taylor polynomial of degree ORDER + 1; work: (3 size,) scratch.
+
+@jit
+def move(body, drive, time, y, work):
+    """Advance a state y and the drive in place by a short time [s].
+
+    By a Taylor polynomial of degree ORDER + 1; work: (3 size + drives,) scratch.
     """
-    size, (cosine, sine) = body.size, phase
+    size, at = body.size, 3 * body.size
     for i in range(2 * size):
         work[i] = y[i]
-    c, d = cosine, sine
-    for k in range(ORDER + 1):
-        g = time / (k + 1.0)
-        accelerate(body, work, 0, c, work, 2 * size)
+    for k in range(body.drives):
+        work[at + k] = drive[k]
+    for n in range(ORDER + 1):
+        g = time / (n + 1.0)
+        accelerate(body, work, 0, work[at], work, 2 * size)
         for i in range(size):
             work[i], work[size + i] = g * work[size + i], g * work[2 * size + i]
             y[i] += work[i]
             y[size + i] += work[size + i]
-        c, d = -body.omega * d * g, body.omega * c * g
-        cosine, sine = cosine + c, sine + d
-    return cosine, sine
+        differentiate(body, work, at)
+        for k in range(body.drives):
+            work[at + k] *= g
+            drive[k] += work[at + k]

@@ -34,19 +34,25 @@ class HostGrid(NamedTuple):
     levels: int  # of halving a coarse cell
     h: float  # of a smallest cell [s]
     rate: float  # bound of the rates of the motion [1/s]
-    propagators: Any  # (levels + 1) * N * (N + 2): columns of y, cos and sin, from the coarsest on
-    phases: Any  # 2 (cells + 1): cos and sin at the beginning of smallest cells
+    drives: int  # D numbers of the drive (`body`)
+    propagators: Any  # (levels + 1) * N * (N + D): columns of y and drive, from the coarsest on
+    is_harmonic: bool
+    # drives at the beginning of smallest cells, 2 (cells + 1); of a load in time, the coefficients
+    # (D,) of the period
+    phases: Any
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
     fourth: Any  # links * size: bounds of |r''''| by norms of pairs
-    forced: Any  # (links,) by the force
-    polynomials: Any  # links * (ORDER + 1) * (N + 2): Taylor coefficients of r in a smallest cell
+    forced: Any  # (links,) by the force; of a load in time, in the period
+    by_drive: Any  # links * D: the same by bounds of the numbers of a drive
+    polynomials: Any  # links * (ORDER + 1) * (N + D): Taylor coefficients of r in a smallest cell
 
 
 @jit
 def bare_host_grid(grid):
     return HostGrid(
-        grid.cells, grid.levels, grid.h, grid.rate, bare(grid.propagators), bare(grid.phases),
-        bare(grid.scales), bare(grid.fourth), bare(grid.forced), bare(grid.polynomials),
+        grid.cells, grid.levels, grid.h, grid.rate, grid.drives, bare(grid.propagators),
+        grid.is_harmonic, bare(grid.phases), bare(grid.scales), bare(grid.fourth),
+        bare(grid.forced), bare(grid.by_drive), bare(grid.polynomials),
     )  # fmt: skip
 
 
@@ -84,9 +90,9 @@ def exponential(a):
 
 @jit
 def matrix_of(body):
-    """Return A of (y, cos, sin)' = A (y, cos, sin), (N + 2, N + 2)."""
-    size = body.size
-    a, y, out = np.zeros((2 * size + 2, 2 * size + 2)), np.zeros(2 * size), np.zeros(size)
+    """Return A of (y, e)' = A (y, e) with the drive e, (N + D, N + D)."""
+    size, D = body.size, body.drives
+    a, y, out = np.zeros((2 * size + D, 2 * size + D)), np.zeros(2 * size), np.zeros(size)
     for j in range(2 * size + 1):
         y[:] = 0.0
         if j < 2 * size:
@@ -96,7 +102,8 @@ def matrix_of(body):
             a[size + i, j] = out[i]
     for i in range(size):
         a[i, size + i] = 1.0
-    a[2 * size, 2 * size + 1], a[2 * size + 1, 2 * size] = -body.omega, body.omega
+    for k in range(D):
+        a[2 * size + k, 2 * size + (k + 1) % D] = body.paces[k]
     return a
 
 
@@ -158,9 +165,13 @@ def growth_of(paired, size):
 
 @jit
 def host_grid(body, stops):
-    """Return the `HostGrid` of a body in periods of `stops` parts, and False if it is too fine."""
-    size, omega = body.size, body.omega
-    N, period = 2 * size, 2.0 * math.pi / omega
+    """Return the `HostGrid` of a body in periods of `stops` parts, and False if it is too fine.
+
+    Under a load in time a period is a coarse cell, whatever the pairs.
+    """
+    size, omega, period = body.size, body.omega, body.period
+    N, D = 2 * size, body.drives
+    is_harmonic = body.paces[D - 1] != 0.0
     a = matrix_of(body)
     scales, paired, back = pairs_of(body, a)
     growth = growth_of(paired, size)
@@ -176,7 +187,7 @@ def host_grid(body, stops):
     order = np.sort(scales)
     low = min(max(omega, order[min(1, size - 1)]), 2.0 * omega)
     coarse = max(FEWEST_CELLS, math.ceil(period * low / REACH))
-    coarse = stops * math.ceil(coarse / stops)
+    coarse = stops * math.ceil(coarse / stops) if is_harmonic else stops
     levels = 0
     while levels < MOST_HALVINGS and period / (coarse << levels) * fastest > REACH:
         levels += 1
@@ -185,38 +196,39 @@ def host_grid(body, stops):
     h = period / count
 
     # propagators, from the smallest cell to the coarsest
-    propagators = np.zeros((levels + 1) * N * (N + 2))
+    propagators = np.zeros((levels + 1) * N * (N + D))
     step = exponential(a * h)
     for level in range(levels, -1, -1):
-        for j in range(N + 2):
+        for j in range(N + D):
             for i in range(N):
-                propagators[(level * (N + 2) + j) * N + i] = step[i, j]
+                propagators[(level * (N + D) + j) * N + i] = step[i, j]
         if level > 0:
             step = times(step, step)
-    phases = np.zeros(2 * count + 2)
-    for j in range(count + 1):
-        phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(j / count)
+    phases = np.zeros(2 * count + 2 if is_harmonic else D)
+    if is_harmonic:
+        for j in range(count + 1):
+            phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(j / count)
 
     # Taylor coefficients of r over a smallest cell
     links = body.links
-    polynomials = np.zeros(links * (ORDER + 1) * (N + 2))
-    fourth, forced = np.zeros(links * size), np.zeros(links)
+    polynomials = np.zeros(links * (ORDER + 1) * (N + D))
+    fourth, forced, by_drive = np.zeros(links * size), np.zeros(links), np.zeros(links * D)
     bounded = exponential(growth * (period / coarse))
     for link in range(links):
-        row = np.zeros((1, N + 2))
+        row = np.zeros((1, N + D))
         for i in range(size):
             row[0, i] = body.rows[link * size + i]
         power, per = row[0].copy(), 1.0
         fourth_row = power
         for k in range(ORDER + 1):
-            for j in range(N + 2):
-                polynomials[(link * (ORDER + 1) + k) * (N + 2) + j] = per * power[j]
+            for j in range(N + D):
+                polynomials[(link * (ORDER + 1) + k) * (N + D) + j] = per * power[j]
             if k == 4:
                 fourth_row = power.copy()
-            following = np.zeros(N + 2)
-            for i in range(N + 2):
+            following = np.zeros(N + D)
+            for i in range(N + D):
                 if power[i] != 0.0:
-                    for j in range(N + 2):
+                    for j in range(N + D):
                         following[j] += power[i] * a[i, j]
             power = following
             per *= h / (k + 1.0)
@@ -234,13 +246,37 @@ def host_grid(body, stops):
                 fourth[link * size + j] += by_pair[b] * bounded[b, j]
         # by the force itself, and by what it adds to the norms within the cell
         push = hypotenuse(fourth_row[N], fourth_row[N + 1])
+        for k in range(D):
+            by_drive[link * D + k] = abs(fourth_row[N + k])
         for b in range(size):
             shaken = 0.0
             for i in range(size):
                 shaken += back[size + b, size + i] * body.push[i]
-            push += fourth[link * size + b] * abs(shaken) * (period / coarse)
+            shaken = fourth[link * size + b] * abs(shaken) * (period / coarse)
+            push += shaken
+            by_drive[link * D] += shaken
         forced[link] = push
     grid = HostGrid(
-        count, levels, h, fastest, propagators, phases, scales, fourth, forced, polynomials
-    )
+        count, levels, h, fastest, D, propagators, is_harmonic, phases, scales, fourth, forced,
+        by_drive, polynomials,
+    )  # fmt: skip
     return grid, is_fine
+
+
+@jit
+def put_load(body, grid, rows, p):
+    """Make the load of period p that of the grid; rows: D coefficients of each period.
+
+    |e_k| is at most the sum of the binomials (m, k) times |coefficient m|.
+    """
+    D = grid.drives
+    for link in range(body.links):
+        grid.forced[link] = 0.0
+    for k in range(D):
+        grid.phases[k] = rows[D * p + k]
+        most, binomial = 0.0, 1.0
+        for m in range(k, D):
+            most += binomial * abs(rows[D * p + m])
+            binomial *= (m + 1.0) / (m + 1.0 - k)
+        for link in range(body.links):
+            grid.forced[link] += grid.by_drive[link * D + k] * most

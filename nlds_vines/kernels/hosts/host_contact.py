@@ -49,8 +49,8 @@ from ..scene.law import (
     product,
 )
 from ..watch.touch import AT_R, first_touch, tightened
-from .body import accelerate, along, move, push_link
-from .host_flight import LOST_TOUCH, phase_of
+from .body import accelerate, along, differentiate, move, push_link
+from .host_flight import LOST_TOUCH, drive_of
 from .walls import (
     FAST,
     IS_RIGID,
@@ -69,8 +69,8 @@ LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
 LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has every fifth alone
 
 # Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
-OF_TOTAL, OF_DRIVE, OF_QUADRATURE, OF_TIME = range(4)
-MOTION_COLUMNS = 4
+OF_TOTAL, OF_TIME, OF_DRIVE = range(3)
+MOTION_COLUMNS = 2  # and those of the drive
 # ... and of a wall's scratch (`law`), in columns that others use for variations: products of the
 # weights of walls before and behind, and the margin of a force that is switched off
 WEIGHTS_BEFORE, WEIGHTS_OF_OTHERS, WEIGHTS_BEHIND = LOGARITHM + 1, LOGARITHM + 2, LOGARITHM + 3
@@ -78,6 +78,12 @@ AT_MARGIN = LOGARITHM
 
 
 # ---- the series of a step ------------------------------------------------------------------------
+
+
+@jit
+def width_of(body):
+    """Return the number of columns of a power in `series`."""
+    return 3 * body.size + MOTION_COLUMNS + body.drives
 
 
 @jit
@@ -146,13 +152,15 @@ def hold(body, walls, contacts, at, out, rebounds):
 
 
 @jit
-def expand(body, walls, contacts, phase, unit, y):
+def expand(body, walls, contacts, drive, unit, y):
     """Fill the series of the motion and of the walls in contact, in steps of theta = `unit`."""
     size, active, S = body.size, contacts.active, contacts.series
-    width, count, extra = 3 * size + MOTION_COLUMNS, active[0], 3 * size
+    width, count, extra = width_of(body), active[0], 3 * size
     for i in range(2 * size):
         S[i] = y[i]
-    S[extra + OF_DRIVE], S[extra + OF_QUADRATURE], S[extra + OF_TIME] = phase[0], phase[1], 0.0
+    S[extra + OF_TIME] = 0.0
+    for i in range(body.drives):
+        S[extra + OF_DRIVE + i] = drive[i]
     for c in range(count):
         scratch_of(contacts, active[1 + c])[SERIES + AT_Q] = contacts.q[active[1 + c]]
     for n in range(HIGHEST + 1):
@@ -192,16 +200,17 @@ def expand(body, walls, contacts, phase, unit, y):
         after = row + width
         for i in range(2 * size):
             S[after + i] = 0.0
-        drive = quadrature = 0.0
+        of_drive = extra + OF_DRIVE
+        for i in range(body.drives):
+            S[after + of_drive + i] = 0.0
         for m in range(n + 1):
-            weight, other = per * S[width * m + extra + OF_TOTAL], width * (n - m) + size
+            weight, other = per * S[width * m + extra + OF_TOTAL], width * (n - m)
             if weight != 0.0:
                 for i in range(2 * size):
-                    S[after + i] += weight * S[other + i]
-                drive += weight * S[width * (n - m) + extra + OF_DRIVE]
-                quadrature += weight * S[width * (n - m) + extra + OF_QUADRATURE]
-        S[after + extra + OF_DRIVE] = -body.omega * quadrature
-        S[after + extra + OF_QUADRATURE] = body.omega * drive
+                    S[after + i] += weight * S[other + size + i]
+                for i in range(body.drives):
+                    S[after + of_drive + i] += weight * S[other + of_drive + i]
+        differentiate(body, S, after + of_drive)
         S[after + extra + OF_TIME] = per * S[row + extra + OF_TOTAL]
 
 
@@ -263,7 +272,7 @@ def first_zero(k, column, sign, x, table):
 def first_rise(body, walls, S, wall, x, table):
     """Return, as `first_zero`, the first theta in [0, x] at which a wall is touched."""
     size, sign, gap = body.size, walls.signs[wall], walls.gaps[wall]
-    width, row, power, most = 3 * size + MOTION_COLUMNS, walls.links[wall] * size, 1.0, 0.0
+    width, row, power, most = width_of(body), walls.links[wall] * size, 1.0, 0.0
     for n in range(HIGHEST + 1):
         r = 0.0
         for i in range(size):
@@ -304,13 +313,13 @@ def largest_of(k, column, x):
 
 
 @jit
-def push_all(body, walls, contacts, phase, y, work):
+def push_all(body, walls, contacts, drive, y, work):
     """Write the accelerations to work[: size], with the forces of all walls in contact.
 
-    phase: of the instant; the q are those of `contacts`.
+    drive: of the instant; the q are those of `contacts`.
     """
     active = contacts.active
-    accelerate(body, y, 0, phase[0], work, 0)
+    accelerate(body, y, 0, drive[0], work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] != IS_RIGID:
@@ -322,13 +331,13 @@ def push_all(body, walls, contacts, phase, y, work):
 
 
 @jit
-def guess_of(body, walls, contacts, phase, rate, y, work):
+def guess_of(body, walls, contacts, drive, rate, y, work):
     """Return a length of theta near that of a free impact, and fill the scales of the walls.
 
     It is infinite if no wall in contact has speed or is pressed.
     """
     active, scales, length = contacts.active, contacts.scales, math.inf
-    accelerate(body, y, 0, phase[0], work, 0)
+    accelerate(body, y, 0, drive[0], work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
         at, external = SCALES * wall, outward_at(body, walls, wall, work, 0)
@@ -376,8 +385,7 @@ def length_of(walls, contacts, longest):
 @jit
 def end_state(body, contacts, x, y):
     """Write the state at theta = x units into y."""
-    S, size = contacts.series, body.size
-    width = 3 * size + MOTION_COLUMNS
+    S, size, width = contacts.series, body.size, width_of(body)
     for i in range(2 * size):
         y[i] = S[width * HIGHEST + i]
     for n in range(HIGHEST - 1, -1, -1):
@@ -386,15 +394,15 @@ def end_state(body, contacts, x, y):
 
 
 @jit
-def defect_of(body, walls, contacts, phase, x, y, work):
+def defect_of(body, walls, contacts, drive, x, y, work):
     """Return the error of a step to theta = x units, relative to the scales of impacts.
 
-    It is x / (N + 1) of the defect of the equations at the end y; phase: that there; work: (size,)
+    It is x / (N + 1) of the defect of the equations at the end y; drive: that there; work: (size,)
     accelerations.
     """
     active, scales, count = contacts.active, contacts.scales, contacts.active[0]
     unit, total, missing = contacts.unit[0], 1.0, 0.0
-    accelerate(body, y, 0, phase[0], work, 0)
+    accelerate(body, y, 0, drive[0], work, 0)
     for c in range(count):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
@@ -474,7 +482,7 @@ def begin(body, walls, contacts, impacts, wall, time, y):
 
 
 @jit
-def strike(host, wall, time, phase, y):
+def strike(host, wall, time, drive, y):
     """Take the impact with a rigid wall, and with others that are touched at the same instant.
 
     By Newton's law for all at once: each s turns into -e s, and walls that hold keep s = 0. A wall
@@ -500,7 +508,7 @@ def strike(host, wall, time, phase, y):
         y[size + i] = work[size + i]
     struck = active[0]
     active[0] = before
-    push_all(body, walls, contacts, phase, y, work)
+    push_all(body, walls, contacts, drive, y, work)
     active[0] = struck
     for c in range(before, struck):
         other = active[1 + c]
@@ -569,15 +577,17 @@ def note_step(walls, contacts, impacts, x):
 
 
 @jit
-def leave_at_rest(body, walls, contacts, phase, left, rate, y, work):
-    """Move past touches that steps in theta cannot leave, for `left` [s]; return (time, phase).
+def leave_at_rest(body, walls, contacts, drive, left, rate, y, work):
+    """Move past touches that steps in theta cannot leave, for `left` [s]; return the time.
+
+    The state and the drive are advanced in place.
 
     At a touch without speed the depth grows as a t^2 / 2 under an acceleration a, and at two walls
     that are touched at one instant dt/dtheta has a double zero. For so short a time the contacts'
     forces are round-off.
     """
     active, touched, time = contacts.active, 0, 0.0
-    accelerate(body, y, 0, phase[0], work, 0)
+    accelerate(body, y, 0, drive[0], work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
         if contacts.q[wall] > 0.0 or walls.law[wall] == IS_RIGID:
@@ -596,14 +606,14 @@ def leave_at_rest(body, walls, contacts, phase, left, rate, y, work):
         time = max(time, SOON * SOON / rate)
     time = min(time, left)
     if time > 0.0:
-        phase = move(body, phase, time, y, work)
+        move(body, drive, time, y, work)
         for c in range(active[0]):
             wall = active[1 + c]
             if contacts.q[wall] == 0.0 and walls.law[wall] != IS_RIGID:
                 r, _ = along(body, walls.links[wall], y, 0)
                 depth = max(walls.signs[wall] * r - walls.gaps[wall], 0.0)
                 _, contacts.q[wall] = start_of(walls, wall, 0.0, depth)
-    return time, phase
+    return time
 
 
 ENDS, SWITCHES, TOUCHED = range(3)  # what ends a step, unless its length or the period
@@ -654,8 +664,8 @@ def follow(host, begun, y):
     """
     body, grid, walls, contacts, impacts, scratch = host
     (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
-    size, table, rate = body.size, scratch.polynomial, grid.rate
-    width, first = 3 * size + MOTION_COLUMNS, 3 * size
+    size, table, rate, drive = body.size, scratch.polynomial, grid.rate, scratch.drive
+    width, first = width_of(body), 3 * size
     elapsed, left = 0.0, (stop - j - x) * grid.h
     touched_at = origin + (j + x) * grid.h
     for step in range(MOST_STEPS):
@@ -663,19 +673,18 @@ def follow(host, begun, y):
             break
         if step == MOST_STEPS - 1:
             return LOST_TOUCH, x
-        phase = phase_of(grid, j, x + elapsed / grid.h)
-        took, phase = leave_at_rest(body, walls, contacts, phase, left - elapsed, rate, y, work)
-        elapsed += took
+        drive_of(grid, j, x + elapsed / grid.h, drive)
+        elapsed += leave_at_rest(body, walls, contacts, drive, left - elapsed, rate, y, work)
         if not elapsed < left:
             return stop, 0.0
-        longest = guess_of(body, walls, contacts, phase, rate, y, work)
+        longest = guess_of(body, walls, contacts, drive, rate, y, work)
         if not longest < math.inf:  # without speed and pushed off: the contacts are over
             while active[0] > 0:
                 release(body, walls, contacts, impacts, 1, touched_at + elapsed, y)
             break
         unit = power_of_two(min(max(exponent_of(longest), LEAST_UNIT), LARGEST_UNIT))
         contacts.unit[0] = unit
-        expand(body, walls, contacts, phase, unit, y)
+        expand(body, walls, contacts, drive, unit, y)
         h = length_of(walls, contacts, longest / unit)
         event, place, stopped = ENDS, 0, False
         for attempt in range(MOST_ATTEMPTS):
@@ -688,8 +697,8 @@ def follow(host, begun, y):
                 took = left - elapsed
                 h, event, place = place_of(S, first + OF_TIME, width, h, took), ENDS, 0
             end_state(body, contacts, h, contacts.end)
-            end = phase_of(grid, j, x + (elapsed + took) / grid.h)
-            doubt = defect_of(body, walls, contacts, end, h, contacts.end, work)
+            drive_of(grid, j, x + (elapsed + took) / grid.h, drive)
+            doubt = defect_of(body, walls, contacts, drive, h, contacts.end, work)
             if not doubt > contacts.tolerance or attempt > MOST_REPEATS:
                 break
             h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
@@ -705,9 +714,9 @@ def follow(host, begun, y):
         elapsed += took
         time = touched_at + elapsed
         if event == TOUCHED:
-            end = phase_of(grid, j, x + elapsed / grid.h)
+            drive_of(grid, j, x + elapsed / grid.h, drive)
             if walls.law[place] == IS_RIGID:
-                strike(host, place, time, end, y)
+                strike(host, place, time, drive, y)
             else:
                 begin(body, walls, contacts, impacts, place, time, y)
         elif event == SWITCHES:

@@ -22,21 +22,26 @@ class Scratch(NamedTuple):
     """Scratch of an orbit; each array is one row, in inner kernels a bare row."""
 
     end: Any  # (2 size,) the state at the end of a cell
-    work: Any  # (3 size,) of `body.move`
+    work: Any  # (3 size + drives,) of `body.move`
+    drive: Any  # (drives,) at an instant
     gaps: Any  # 4 links: r and s at the beginning of a cell, and at its end
     polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
 
 
 @jit
-def advance(body, grid, level, at, y, out):
-    """Write the state at the end of a cell of a level that begins at smallest cell `at`."""
-    N = 2 * body.size
-    w, row = grid.propagators, level * (N + 2) * N
-    c, d = grid.phases[2 * at], grid.phases[2 * at + 1]
-    a, b = row + N * N, row + N * N + N
-    for i in range(N):
-        out[i] = w[a + i] * c + w[b + i] * d
-    for j in range(0, N, 2):  # N is even; two columns at a time
+def advance(body, grid, level, drive, y, out):
+    """Write the state at the end of a cell of a level that begins with a drive."""
+    N, D = 2 * body.size, grid.drives
+    w, row = grid.propagators, level * (N + D) * N
+    for k in range(0, D, 2):  # N and D are even; two columns at a time
+        c, d, column = drive[k], drive[k + 1], row + N * (N + k)
+        if k == 0:
+            for i in range(N):
+                out[i] = w[column + i] * c + w[column + N + i] * d
+        else:
+            for i in range(N):
+                out[i] += w[column + i] * c + w[column + N + i] * d
+    for j in range(0, N, 2):
         first, second, column = y[j], y[j + 1], row + N * j
         for i in range(N):
             out[i] += w[column + i] * first + w[column + N + i] * second
@@ -80,26 +85,38 @@ def is_clear(walls, wall, h, gaps, links, fourth):
 
 
 @jit
-def touch_in_smallest(body, grid, walls, wall, y, phase, end, table):
+def touch_in_smallest(body, grid, walls, wall, y, drive, end, table):
     """Return the place in [0, end] of a smallest cell from y where a wall is touched; NOWHERE."""
-    N, link = 2 * body.size, walls.links[wall]
-    row, w = link * (ORDER + 1) * (N + 2), grid.polynomials
+    N, D, link = 2 * body.size, grid.drives, walls.links[wall]
+    row, w = link * (ORDER + 1) * (N + D), grid.polynomials
     for k in range(ORDER + 1):
-        r = w[row + N] * phase[0] + w[row + N + 1] * phase[1]
+        r = w[row + N] * drive[0] + w[row + N + 1] * drive[1]
+        for j in range(2, D):
+            r += w[row + N + j] * drive[j]
         for j in range(N):
             r += w[row + j] * y[j]
         table[AT_R + 4 * k] = r
-        row += N + 2
+        row += N + D
     bend, jerk = tightened(table, math.inf, math.inf)
     return first_touch(table, 0.0, end, walls.signs[wall], walls.gaps[wall], bend, jerk)
 
 
 @jit
-def phase_of(grid, j, x):
-    """Return (cos, sin) of the phase at place x of smallest cell j."""
-    if x == 0.0:
-        return grid.phases[2 * j], grid.phases[2 * j + 1]
-    return cos_sin_of_turn((j + x) / grid.cells)
+def drive_of(grid, j, x, out):
+    """Write the drive at place x of smallest cell j to out[: D]."""
+    if grid.is_harmonic:
+        if x == 0.0:
+            out[0], out[1] = grid.phases[2 * j], grid.phases[2 * j + 1]
+        else:
+            out[0], out[1] = cos_sin_of_turn((j + x) / grid.cells)
+        return
+    # a Taylor shift by repeated synthetic division
+    D, place = grid.drives, (j + x) / grid.cells
+    for k in range(D):
+        out[k] = grid.phases[k]
+    for first in range(D - 1):
+        for k in range(D - 2, first - 1, -1):
+            out[k] += place * out[k + 1]
 
 
 FLOWN, LOST_TOUCH = -1, -2  # `fly` without a touch: at its stop, or astray
@@ -112,9 +129,10 @@ def fly(body, grid, walls, scratch, begun, stop, y):
     begun: (j, x); y: the state, advanced in place. Returns (wall, j, x), FLOWN at `stop`.
     """
     j, x = begun
-    links, gaps, end = body.links, scratch.gaps, scratch.end
+    links, gaps, end, drive = body.links, scratch.gaps, scratch.end, scratch.drive
     has_gaps = False  # whether those at the beginning are of the state y
     while j < stop:
+        drive_of(grid, j, x, drive)
         if x == 0.0:
             if not has_gaps:
                 read_gaps(body, y, gaps, 0)
@@ -122,7 +140,7 @@ def fly(body, grid, walls, scratch, begun, stop, y):
             while level < grid.levels and j & ((1 << (grid.levels - level)) - 1) != 0:
                 level += 1
             while True:
-                advance(body, grid, level, j, y, end)
+                advance(body, grid, level, drive, y, end)
                 read_gaps(body, end, gaps, 2 * links)
                 h = grid.h * (1 << (grid.levels - level))
                 h2 = h * h
@@ -143,9 +161,9 @@ def fly(body, grid, walls, scratch, begun, stop, y):
                 j += 1 << (grid.levels - level)
                 continue
         # a smallest cell, from place x on
-        phase, first, touched = phase_of(grid, j, x), 1.0 - x, FLOWN
+        first, touched = 1.0 - x, FLOWN
         for wall in range(walls.number):
-            place = touch_in_smallest(body, grid, walls, wall, y, phase, first, scratch.polynomial)
+            place = touch_in_smallest(body, grid, walls, wall, y, drive, first, scratch.polynomial)
             if place == LOST:
                 return LOST_TOUCH, j, x
             if place < first or (place == first and touched == FLOWN):
@@ -156,7 +174,7 @@ def fly(body, grid, walls, scratch, begun, stop, y):
                 y[i] = end[i]
             j += 1
             continue
-        move(body, phase, first * grid.h, y, scratch.work)
+        move(body, drive, first * grid.h, y, scratch.work)
         if touched == FLOWN:
             j, x = j + 1, 0.0
             continue

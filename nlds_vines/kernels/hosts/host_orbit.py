@@ -12,7 +12,7 @@ from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from .body import along, bare_body
 from .grid import bare_host_grid, host_grid
 from .host_contact import PreparedHost, bare_impacts, begin, follow, strike
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, fly, phase_of
+from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly
 from .walls import IS_RIGID, bare_contacts, bare_walls, start_of
 
 
@@ -25,9 +25,10 @@ def run_host(body, walls, contacts, span, state, section, impacts):
     grid, is_fine = host_grid(body, span.stops)
     if not is_fine:
         return TOO_STIFF
-    end, work = np.zeros(2 * body.size), np.zeros(3 * body.size)
+    end, work = np.zeros(2 * body.size), np.zeros(3 * body.size + body.drives)
+    drive = np.zeros(body.drives)
     gaps, table = np.zeros(4 * body.links), np.zeros(COEF + TERMS)
-    scratch = Scratch(bare(end), bare(work), bare(gaps), bare(table))
+    scratch = Scratch(bare(end), bare(work), bare(drive), bare(gaps), bare(table))
     host = PreparedHost(
         bare_body(body), bare_host_grid(grid), bare_walls(walls), bare_contacts(contacts),
         bare_impacts(impacts), scratch,
@@ -66,9 +67,10 @@ def loop(host, span, y, section):
                     if wall == FLOWN:
                         break
                     touches += 1
-                    phase, time = phase_of(grid, j, x), p * period + (j + x) * grid.h
+                    time = p * period + (j + x) * grid.h
                     if walls.law[wall] == IS_RIGID:
-                        strike(host, wall, time, phase, y)
+                        drive_of(grid, j, x, scratch.drive)
+                        strike(host, wall, time, scratch.drive, y)
                     else:
                         begin(body, walls, contacts, impacts, wall, time, y)
                 begun = j, x, stop, p * period

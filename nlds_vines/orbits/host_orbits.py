@@ -185,10 +185,10 @@ class HostOrbits:
         )
         self.tolerance = tolerance
 
-    def follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
-        """Integrate an orbit; return its status, the sections and the impacts, `state` in place."""
+    def contacts(self) -> Contacts:
+        """Return room for the walls in contact of one orbit."""
         count = self.walls.number
-        contacts = Contacts(
+        return Contacts(
             active=np.zeros(count + 1, np.int64),
             q=np.zeros(count),
             pushes=np.ones(count),
@@ -204,9 +204,14 @@ class HostOrbits:
             still=np.zeros(count),
             tolerance=self.tolerance,
         )
+
+    def follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
+        """Integrate an orbit; return its status, the sections and the impacts, `state` in place."""
         section = np.zeros((span.periods * span.stops, 2 * self.size))
-        impacts = Impacts(np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64), room)
-        code = run_host(self.body, self.walls, contacts, span, state, section, impacts)
+        counts = np.zeros(self.walls.number, np.int64)
+        data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
+        impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
+        code = run_host(self.body, self.walls, self.contacts(), span, state, section, impacts)
         return code, section, impacts
 
     def states(self, inner: np.ndarray) -> np.ndarray:

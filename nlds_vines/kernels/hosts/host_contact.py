@@ -32,7 +32,6 @@ from ..laws.restitution import BRIEF
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST, exp, exponent_of, log, power_of_two
 from ..numerics.fours import bare
-from ..numerics.matrices import solve
 from ..numerics.roots import guarded
 from ..scene.law import (
     AT_Q,
@@ -60,7 +59,10 @@ from .walls import (
     ROOT,
     SCALES,
     fill,
+    hold,
     look,
+    outward_at,
+    push_all,
     scratch_of,
     start_of,
 )
@@ -103,52 +105,6 @@ def fill_weights(contacts, n):
         )
         behind = product(k, int(WEIGHTS_BEHIND), int(WEIGHT), n)
     return total
-
-
-@jit
-def outward_at(body, walls, wall, accelerations, at):
-    """Return d2z/dt2 of a wall."""
-    row, total = walls.links[wall] * body.size, 0.0
-    for i in range(body.size):
-        total += body.rows[row + i] * accelerations[at + i]
-    return walls.signs[wall] * total
-
-
-@jit
-def hold(body, walls, contacts, at, out, rebounds):
-    """Add to the accelerations out[at : at + size] the forces of rigid walls in contact.
-
-    They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses;
-    those of walls that are struck are (1 + `rebounds`) times as large, by wall.
-    """
-    active, size, matrix, count = contacts.active, body.size, contacts.matrix, 0
-    for c in range(active[0]):
-        wall = active[1 + c]
-        if walls.law[wall] != IS_RIGID:
-            continue
-        sign, row, column = walls.signs[wall], walls.links[wall] * size, 0
-        outward = outward_at(body, walls, wall, out, at)
-        matrix[count, -1] = (1.0 + rebounds[wall]) * outward
-        for d in range(active[0]):
-            other = active[1 + d]
-            if walls.law[other] == IS_RIGID:
-                total, answer = 0.0, walls.links[other] * size
-                for i in range(size):
-                    total += body.rows[row + i] * body.answers[answer + i]
-                matrix[count, column] = sign * walls.signs[other] * total
-                column += 1
-        count += 1
-    if count == 0:
-        return
-    solve(matrix[:count, :count], matrix[:count, -1:])
-    count = 0
-    for c in range(active[0]):
-        wall = active[1 + c]
-        if walls.law[wall] == IS_RIGID:
-            force = matrix[count, -1]
-            contacts.forces[wall] = force
-            push_link(body, walls.links[wall], walls.signs[wall] * force, out, at)
-            count += 1
 
 
 @jit
@@ -313,24 +269,6 @@ def largest_of(k, column, x):
 
 
 @jit
-def push_all(body, walls, contacts, drive, y, work):
-    """Write the accelerations to work[: size], with the forces of all walls in contact.
-
-    drive: of the instant; the q are those of `contacts`.
-    """
-    active = contacts.active
-    accelerate(body, y, 0, drive[0], work, 0)
-    for c in range(active[0]):
-        wall = active[1 + c]
-        if walls.law[wall] != IS_RIGID:
-            _, s = along(body, walls.links[wall], y, 0)
-            sign = walls.signs[wall]
-            seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
-            push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
-    hold(body, walls, contacts, 0, work, contacts.still)
-
-
-@jit
 def guess_of(body, walls, contacts, drive, rate, y, work):
     """Return a length of theta near that of a free impact, and fill the scales of the walls.
 
@@ -453,6 +391,8 @@ class Impacts(NamedTuple):
     data: Any  # ROW_OF_IMPACT numbers of each; all arrays are rows, in inner kernels bare ones
     filled: Any  # (1,) begun, also beyond the room
     room: int
+    counts: Any  # (walls,) of impacts that have begun
+    slowest: Any  # (1,) smallest approach speed so far [m/s]
 
 
 OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST = range(6)
@@ -461,7 +401,10 @@ ROW_OF_IMPACT = 6
 
 @jit
 def bare_impacts(impacts):
-    return Impacts(bare(impacts.data), bare(impacts.filled), impacts.room)
+    return Impacts(
+        bare(impacts.data), bare(impacts.filled), impacts.room, bare(impacts.counts),
+        bare(impacts.slowest),
+    )  # fmt: skip
 
 
 @jit
@@ -471,6 +414,8 @@ def begin(body, walls, contacts, impacts, wall, time, y):
     _, s = along(body, walls.links[wall], y, 0)
     contacts.rows[wall] = row
     impacts.filled[0] += 1
+    impacts.counts[wall] += 1
+    impacts.slowest[0] = min(impacts.slowest[0], walls.signs[wall] * s)
     if row < impacts.room:
         data, at = impacts.data, ROW_OF_IMPACT * row
         data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan

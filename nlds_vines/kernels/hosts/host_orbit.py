@@ -1,6 +1,13 @@
-"""The time loop of a host's orbit."""
+"""The time loop of a host's orbit, and the flow from section to section.
+
+A state consists of y, then the q of each wall, then the place of each wall among those in contact,
+counted from 1; it is 0 of a wall that is not in contact, and negative if the force is switched off.
+So an orbit has the same bits in one run and in several.
+"""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -8,48 +15,201 @@ from ..motion.flight import COEF, TERMS
 from ..numerics.compiling import jit
 from ..numerics.fours import bare
 from ..orbit.orbit import HUGE, MOST_TOUCHES
+from ..orbit.variations import TOGETHER
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
+from ..scene.scene import Span
 from .body import along, bare_body
 from .grid import bare_host_grid, host_grid
-from .host_contact import PreparedHost, bare_impacts, begin, follow, strike
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly
-from .walls import IS_RIGID, bare_contacts, bare_walls, start_of
+from .host_contact import Impacts, PreparedHost, bare_impacts, begin, follow, put_on, strike
+from .host_flight import FLOWN, LOST_TOUCH, Scratch, bare_scratch, drive_of, fly
+from .walls import IS_RIGID, bare_contacts, bare_walls, hold, outward_at, push_all, start_of
+
+AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
+
+
+class HostSpace(NamedTuple):
+    """The state space of a host."""
+
+    size: int  # components of y: the displacements, then their rates
+    displacements: int
+    modes: int  # the first displacements; the others are those of masses
+    rows: Any  # (links * displacements,) w of r = w X; links of masses come first, in their order
+    scales: Any  # (displacements,) w of the pairs (w x, v) of modes and (w r, s) of masses [1/s]
+
+
+class HostFlow(NamedTuple):
+    """The map of a host from a section to the next, which `advance_host` applies."""
+
+    host: PreparedHost
+    space: HostSpace
+    period: float  # [s]
+    trace: float  # tr A [1/s]: the sum of all Lyapunov exponents, if contacts dissipate nothing
+    by_period: np.ndarray  # (TOGETHER, walls) impacts of the last periods
+    clearance: np.ndarray  # (1,) smallest near miss so far [m]
+    slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
+
+
+# ---- preparation ---------------------------------------------------------------------------------
+
+
+@jit
+def no_impacts(walls):
+    """Return `Impacts` that only count."""
+    counts = np.zeros(walls.number, np.int64)
+    return Impacts(np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf))
+
+
+@jit
+def host_flow(body, walls, contacts, impacts, stops):
+    """Return the `HostFlow` of a host, and a status; stops: equidistant states of a period."""
+    grid, is_fine = host_grid(body, stops)
+    size, links = body.size, body.links
+    scratch = Scratch(
+        np.zeros(2 * size), np.zeros(3 * size + body.drives), np.zeros(body.drives),
+        np.zeros(4 * links), np.zeros(COEF + TERMS),
+    )  # fmt: skip
+    host = PreparedHost(body, grid, walls, contacts, impacts, scratch)
+    scales, trace = np.zeros(size), 0.0
+    for i in range(size):
+        scales[i] = max(grid.scales[i], body.omega)
+    for i in range(body.modes):
+        trace -= body.damping[i]
+    for link in range(links):
+        for i in range(link * size, link * size + size):
+            trace -= body.dashpots[link] * body.rows[i] * body.answers[i]
+    space = HostSpace(2 * size, size, body.modes, body.rows, scales)
+    flow = HostFlow(
+        host, space, body.period, trace,
+        np.zeros((TOGETHER, walls.number), np.int64), np.full(1, np.inf), impacts.slowest,
+    )  # fmt: skip
+    return flow, OK if is_fine else TOO_STIFF
+
+
+@jit
+def bare_host(host):
+    return PreparedHost(
+        bare_body(host.body), bare_host_grid(host.grid), bare_walls(host.walls),
+        bare_contacts(host.contacts), bare_impacts(host.impacts), bare_scratch(host.scratch),
+    )  # fmt: skip
+
+
+# ---- states --------------------------------------------------------------------------------------
+
+
+@jit
+def new_host_state(flow):
+    return np.zeros(flow.space.size + 2 * flow.host.walls.number)
+
+
+@jit
+def read_contacts(walls, contacts, state, at):
+    """Take the walls in contact from the numbers of a state from `at` on; none is recorded."""
+    active, count = contacts.active, walls.number
+    active[0] = 0
+    for wall in range(count):
+        place = int(state[at + count + wall])
+        contacts.q[wall], contacts.rows[wall] = state[at + wall], -1
+        contacts.pushes[wall] = 0.0 if place < 0 else 1.0
+        if place != 0:
+            active[0] += 1
+            active[abs(place)] = wall
+
+
+@jit
+def write_contacts(walls, contacts, state, at):
+    active, count = contacts.active, walls.number
+    for i in range(2 * count):
+        state[at + i] = 0.0
+    for c in range(1, active[0] + 1):
+        wall = active[c]
+        state[at + wall] = contacts.q[wall]
+        state[at + count + wall] = c if contacts.pushes[wall] == 1.0 else -c
+
+
+@jit
+def is_at_rest(body, walls, wall, y):
+    """Return True if s is 0, and r at a wall or beyond it, within round-off."""
+    row, places, rates = walls.links[wall] * body.size, 0.0, 0.0
+    for i in range(body.size):
+        places += abs(body.rows[row + i] * y[i])
+        rates += abs(body.rows[row + i] * y[body.size + i])
+    r, s = along(body, walls.links[wall], y, 0)
+    depth = walls.signs[wall] * r - walls.gaps[wall]
+    return depth >= -AT_REST * places and abs(s) <= AT_REST * rates
+
+
+@jit
+def place_host_state(flow, y, state):
+    """Set `state` to y (2 size,) at a section: in flight, or in contact with walls.
+
+    A state beyond a compliant wall is a contact under way. A rigid wall is not penetrated: a state
+    beyond it is put on it, and a state at rest on it is held if it is pressed.
+    """
+    host = bare_host(flow.host)
+    body, walls, contacts, size = host.body, host.walls, host.contacts, host.body.size
+    state[:] = 0.0
+    for i in range(2 * size):
+        state[i] = y[i]
+    bare_state, work, drive = bare(state), host.scratch.work, host.scratch.drive
+    drive_of(host.grid, 0, 0.0, drive)
+    read_contacts(walls, contacts, bare_state, 2 * size)
+    active = contacts.active
+    for wall in range(walls.number):
+        r, _ = along(body, walls.links[wall], bare_state, 0)
+        depth = walls.signs[wall] * r - walls.gaps[wall]
+        if depth > 0.0 and walls.law[wall] != IS_RIGID:
+            active[0] += 1
+            active[active[0]] = wall
+            _, contacts.q[wall] = start_of(walls, wall, 0.0, depth)
+    for wall in range(walls.number):
+        if walls.law[wall] != IS_RIGID:
+            continue
+        is_held = is_at_rest(body, walls, wall, bare_state)
+        r, _ = along(body, walls.links[wall], bare_state, 0)
+        if is_held or walls.signs[wall] * r > walls.gaps[wall]:
+            put_on(body, walls, wall, bare_state)
+        push_all(body, walls, contacts, drive, bare_state, work)
+        if is_held and outward_at(body, walls, wall, work, 0) > 0.0:
+            active[0] += 1
+            active[active[0]] = wall
+            hold(body, walls, contacts, size, bare_state, contacts.still)
+    write_contacts(walls, contacts, bare_state, 2 * size)
+
+
+# ---- the time loop -------------------------------------------------------------------------------
 
 
 @jit(entry=True)
 def run_host(body, walls, contacts, span, state, section, impacts):
-    """Advance a state (2 size,) over periods; fill the sections and impacts of those after `first`.
+    """Advance y (2 size,) in `state` over periods; fill the sections and impacts after `first`.
 
     span: `scene.Span`; section: (stops periods, 2 size) states. Returns a status.
     """
-    grid, is_fine = host_grid(body, span.stops)
-    if not is_fine:
-        return TOO_STIFF
-    end, work = np.zeros(2 * body.size), np.zeros(3 * body.size + body.drives)
-    drive = np.zeros(body.drives)
-    gaps, table = np.zeros(4 * body.links), np.zeros(COEF + TERMS)
-    scratch = Scratch(bare(end), bare(work), bare(drive), bare(gaps), bare(table))
-    host = PreparedHost(
-        bare_body(body), bare_host_grid(grid), bare_walls(walls), bare_contacts(contacts),
-        bare_impacts(impacts), scratch,
-    )  # fmt: skip
-    return loop(host, span, bare(state), section)
+    flow, status = host_flow(body, walls, contacts, impacts, span.stops)
+    if status != OK:
+        return status
+    whole = new_host_state(flow)
+    place_host_state(flow, state, whole)
+    status = loop(bare_host(flow.host), span, bare(whole), section)
+    for i in range(flow.space.size):
+        state[i] = whole[i]
+    return status
 
 
 @jit
-def loop(host, span, y, section):
+def run_on_host(flow, rows, periods, state):
+    """Advance `state` without variations by so many periods; return a status.
+
+    rows: rows for the sections, as far as there is room.
+    """
+    return loop(bare_host(flow.host), Span(0, periods, 1), bare(state), rows)
+
+
+@jit
+def loop(host, span, state, section):
     body, grid, walls, contacts, impacts, scratch = host
-    size, period = body.size, grid.h * grid.cells
-    # walls inside which the orbit starts
-    for wall in range(walls.number):
-        r, _ = along(body, walls.links[wall], y, 0)
-        depth = walls.signs[wall] * r - walls.gaps[wall]
-        if depth > 0.0 and walls.law[wall] != IS_RIGID:
-            contacts.active[0] += 1
-            contacts.active[contacts.active[0]] = wall
-            contacts.rows[wall] = -1
-            contacts.pushes[wall] = 1.0
-            _, contacts.q[wall] = start_of(walls, wall, 0.0, depth)
+    size, period, y = body.size, grid.h * grid.cells, state
+    read_contacts(walls, contacts, state, 2 * size)
     for p in range(span.first + span.periods):
         touches = 0
         if p == span.first:  # impacts that have begun before are not recorded
@@ -77,13 +237,14 @@ def loop(host, span, y, section):
                 j, x = follow(host, begun, y)
                 if j == LOST_TOUCH:
                     return STEP_BUDGET
-            if p >= span.first:
-                row = span.stops * (p - span.first) + part
+            row = span.stops * (p - span.first) + part
+            if 0 <= row < len(section):
                 for i in range(2 * size):
                     section[row, i] = y[i]
-        largest = 0.0
+        total = 0.0
         for i in range(2 * size):
-            largest = max(largest, abs(y[i]))
-        if not largest < HUGE:
+            total += abs(y[i])
+        if not total < HUGE:
             return DIVERGED
+    write_contacts(walls, contacts, state, 2 * size)
     return OK

@@ -1,4 +1,4 @@
-"""The walls of a host, each with a contact law of its own, and the state of those in contact.
+"""The walls of a host, each with a contact law of its own, and the state and forces of contacts.
 
 Walls of all laws stand in the same rows; a law is a number that chooses the law's kernels, so that
 one compilation serves all hosts.
@@ -18,6 +18,7 @@ from ..events.contact import FAINT
 from ..numerics.compiling import jit
 from ..numerics.deciding import says
 from ..numerics.fours import bare, from_place
+from ..numerics.matrices import solve
 from ..scene.law import (
     AT_Q,
     AT_S,
@@ -40,6 +41,7 @@ from ..scene.law import (
     turn_of,
     weight_of,
 )
+from .body import accelerate, along, push_link
 
 
 class Walls(NamedTuple):
@@ -226,3 +228,70 @@ def start_of(walls, wall, external, depth):
     if law in (IS_SPRING, IS_PULLING):
         result = 0.0, depth
     return result
+
+
+# ---- the forces of all walls in contact ---------------------------------------------------------
+
+
+@jit
+def outward_at(body, walls, wall, accelerations, at):
+    """Return d2z/dt2 of a wall."""
+    row, total = walls.links[wall] * body.size, 0.0
+    for i in range(body.size):
+        total += body.rows[row + i] * accelerations[at + i]
+    return walls.signs[wall] * total
+
+
+@jit
+def hold(body, walls, contacts, at, out, rebounds):
+    """Add to the accelerations out[at : at + size] the forces of rigid walls in contact.
+
+    They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses;
+    those of walls that are struck are (1 + `rebounds`) times as large, by wall.
+    """
+    active, size, matrix, count = contacts.active, body.size, contacts.matrix, 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] != IS_RIGID:
+            continue
+        sign, row, column = walls.signs[wall], walls.links[wall] * size, 0
+        outward = outward_at(body, walls, wall, out, at)
+        matrix[count, -1] = (1.0 + rebounds[wall]) * outward
+        for d in range(active[0]):
+            other = active[1 + d]
+            if walls.law[other] == IS_RIGID:
+                total, answer = 0.0, walls.links[other] * size
+                for i in range(size):
+                    total += body.rows[row + i] * body.answers[answer + i]
+                matrix[count, column] = sign * walls.signs[other] * total
+                column += 1
+        count += 1
+    if count == 0:
+        return
+    solve(matrix[:count, :count], matrix[:count, -1:])
+    count = 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            force = matrix[count, -1]
+            contacts.forces[wall] = force
+            push_link(body, walls.links[wall], walls.signs[wall] * force, out, at)
+            count += 1
+
+
+@jit
+def push_all(body, walls, contacts, drive, y, work):
+    """Write the accelerations to work[: size], with the forces of all walls in contact.
+
+    drive: of the instant; the q are those of `contacts`.
+    """
+    active = contacts.active
+    accelerate(body, y, 0, drive[0], work, 0)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] != IS_RIGID:
+            _, s = along(body, walls.links[wall], y, 0)
+            sign = walls.signs[wall]
+            seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
+            push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
+    hold(body, walls, contacts, 0, work, contacts.still)

@@ -168,6 +168,16 @@ def string(what: str, value: object, lines: bool = False) -> str:
     return value
 
 
+def check_name(what: str, value: object) -> str:
+    """Return a name of a part that stands in others, as in cell1.k = 300, and in archives."""
+    name = string(what, value)
+    if not name or not name.strip() == name or {*name} & {*"./=$"}:
+        raise RequestError(
+            f"{what} = {shown(name)} must be a text without . / = $ and without spaces at its ends"
+        )
+    return name
+
+
 def refuse_bytes(what: str, text: str) -> None:
     """Raise `RequestError` for a null character, or for bytes that are no UTF-8."""
     if "\0" in text:

@@ -20,7 +20,16 @@ import scipy.sparse.linalg
 from numpy.typing import ArrayLike
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
+from nlds_vines.errors import (
+    RequestError,
+    at,
+    check_name,
+    choice,
+    number,
+    shown,
+    table,
+    whole,
+)
 
 MOST_DENSE = 2000
 """The most degrees of freedom whose matrices are dense; a larger host has to be reduced."""
@@ -763,11 +772,9 @@ def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
 def _names(dofs: Sequence[str], count: int) -> tuple[str, ...]:
     names = tuple(dofs) or tuple(f"x{i + 1}" for i in range(count))
     for name in names:
-        if not string("dofs", name) or "." in name or name in ("ground", "mass"):
-            raise RequestError(
-                f"dofs: {shown(name)} is no name of a degree of freedom; allowed is any text "
-                "without a point but 'ground' and 'mass'"
-            )
+        check_name("dofs", name)
+        if name in ("ground", "mass"):
+            raise RequestError(f"dofs: {shown(name)} has another meaning: take another name")
     if len(names) != count or len(set(names)) < count:
         raise RequestError(f"dofs = {shown(list(names))} must be {count} different names")
     return names

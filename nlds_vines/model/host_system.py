@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import pi
 from types import MappingProxyType
@@ -12,12 +12,33 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, unknown
+from nlds_vines.errors import (
+    RequestError,
+    at,
+    check_name,
+    choice,
+    number,
+    shown,
+    table,
+    unknown,
+)
 from nlds_vines.model.host import Host
-from nlds_vines.model.parameters import DAMPING, HERTZ, LAWS, PARAMETERS, hertz_stiffness
+from nlds_vines.model.parameters import (
+    DAMPING,
+    DESCRIBED,
+    FORCE,
+    GROUND,
+    HERTZ,
+    LAWS,
+    PARAMETERS,
+    RESERVED,
+    SET_BY_USER,
+    SIDES,
+    hertz_stiffness,
+    split_name,
+)
 
-GROUND = "ground"
-SIDES = {"+": 1.0, "-": -1.0}
+PLACE = "attached_to"  # the key of a damper's place, which is no number
 
 
 class Wall:
@@ -65,6 +86,7 @@ class Wall:
         if missing and not (replaces and replaces in values):
             hint = f", or {replaces}" if replaces else ""
             raise RequestError(f"law {law!r} needs {', '.join(missing)}{hint}")
+        self.statements: Mapping[str, float] = MappingProxyType({**values})
         if replaces and replaces not in values:
             values[replaces] = float(hertz_stiffness(*(values[name] for name in needed)))
         self.constants: Mapping[str, float] = MappingProxyType(values)
@@ -73,6 +95,18 @@ class Wall:
     def is_damped(self) -> bool:
         """Whether the contact dissipates by Hunt and Crossley's factor."""
         return self.constants.get(DAMPING, 0.0) > 0.0
+
+    def changed(self, values: Mapping[str, float]) -> Wall:
+        """Return the wall with the gap and those constants of its law that `values` has."""
+        law = LAWS[self.law]
+        constants = {name: value for name, value in values.items() if name in law.allowed}
+        gone: tuple[str, ...] = ()
+        if law.instead in constants:
+            gone = law.constants
+        elif not constants.keys().isdisjoint(law.constants):
+            gone = (law.instead,)
+        before = {name: value for name, value in self.statements.items() if name not in gone}
+        return Wall(values.get("gap", self.gap), self.side, self.law, **{**before, **constants})
 
     def __repr__(self) -> str:
         constants = numbers(self.constants)
@@ -117,8 +151,9 @@ class Damper:
     walls: Sequence[Wall] = ()
 
     def __post_init__(self) -> None:
-        if not string("name", self.name) or "." in self.name:
-            raise RequestError(f"name = {shown(self.name)} must be a text without a point")
+        check_name("name", self.name)
+        if self.name in RESERVED:
+            raise RequestError(f"name = {shown(self.name)} has another meaning: take another one")
         with at(f"damper {self.name!r}"):
             has_mass = isinstance(self.attached_to, str)
             if not has_mass and len(tuple(self.attached_to)) != 2:
@@ -147,12 +182,53 @@ class Damper:
                 )
             self.__dict__["walls"] = walls
 
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The numbers by key: m, k, c; gap and constants, those of one wall as gap+ and K-."""
+        own = {"m": self.m, "k": self.k, "c": self.c}
+        values = {key: float(value) for key, value in own.items() if value is not None}
+        by_side = {wall.side: {"gap": wall.gap, **wall.statements} for wall in self.walls}
+        for key in dict.fromkeys(key for constants in by_side.values() for key in constants):
+            one, *others = (constants.get(key) for constants in by_side.values())
+            if one is not None and all(other == one for other in others):
+                values[key] = one
+            else:
+                of_walls = ((side, constants.get(key)) for side, constants in by_side.items())
+                values |= {key + side: value for side, value in of_walls if value is not None}
+        return values
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """The keys of `changed`, gap of all walls and gap+ of one alike."""
+        keys = (("gap", *LAWS[wall.law].allowed) for wall in self.walls)
+        of_walls = dict.fromkeys(key for names in keys for key in names)
+        by_side = (
+            key + wall.side for wall in self.walls for key in ("gap", *LAWS[wall.law].allowed)
+        )
+        own = ("k", "c") if self.m is None else ("m", "k", "c")
+        return (*own, *of_walls, *by_side)
+
+    def changed(self, values: Mapping[str, Any]) -> Damper:
+        """Return the damper with other numbers by key, or `attached_to` another place."""
+        own = {key: value for key, value in values.items() if key in ("m", "k", "c", PLACE)}
+        walls = []
+        for wall in self.walls:
+            of_wall = {}
+            for name, value in values.items():
+                _, key, side = split_name(f".{name}")
+                if name not in own and side in ("", wall.side):
+                    of_wall[key] = value
+            with at(f"damper {self.name!r}"):
+                walls.append(wall.changed(of_wall) if of_wall else wall)
+        return replace(self, walls=tuple(walls), **own)
+
 
 @dataclass(frozen=True, repr=False)
 class HostScene(Outlined):
-    """The names of the components of states."""
+    """The names of the components of states, and of the parameters that ratios need."""
 
     components: tuple[str, ...]
+    parameter_names: tuple[str, ...] = ("omega",)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,6 +247,10 @@ class HostSystem(Outlined):
         In place of a force, the amplitude [m/s^2] of the ground's acceleration.
     omega : float
         Frequency [rad/s].
+    name, title : str
+        A name, by default "host", and one line that describes the system.
+    sources, assumptions : mapping of str to str
+        By parameter, the source of its value, and what had to be assumed for it.
     """
 
     host: Host
@@ -178,19 +258,23 @@ class HostSystem(Outlined):
     force: Mapping[str, float]
     acceleration: float
     omega: float
+    name: str = "host"
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    assumptions: Mapping[str, str] = field(default_factory=dict)
 
     kind = "host"
-    name = "host"
 
     def heading(self) -> str:
-        """Return the host's heading and the number of dampers."""
-        return f"{self.host.heading()}, {len(self.dampers)} dampers"
+        """Return the title, or the host's heading and the number of dampers."""
+        count = len(self.dampers)
+        return self.title or f"{self.host.heading()}, {count} damper{'s' * (count != 1)}"
 
     def outline(self) -> Rows:
         """Return the dampers, the force and the host's frequencies."""
         for damper in self.dampers:
             mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
-            place = damper.attached_to if damper.m else " and ".join(damper.attached_to)
+            place = _in_words(damper)
             yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
         force = numbers(self.force) or f"ground {self.acceleration:.6g} m/s^2"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
@@ -212,6 +296,155 @@ class HostSystem(Outlined):
         names = self.host.dofs if is_plain else [f"mode{i + 1}" for i in range(count)]
         masses = [damper.name for damper in self.dampers if damper.m is not None]
         return HostScene(tuple(part for name in (*names, *masses) for part in (name, f"v_{name}")))
+
+    @cached_property
+    def parameters(self) -> Mapping[str, float]:
+        """The numbers by name: cell1.k, cell1.gap, force.roof or ground, omega [SI].
+
+        Of two walls with different numbers each has its own: cell1.gap+, cell1.gap-.
+        """
+        of_dampers = {
+            f"{damper.name}.{key}": value
+            for damper in self.dampers
+            for key, value in damper.parameters.items()
+        }
+        forces = {f"{FORCE}.{dof}": P for dof, P in self.force.items()}
+        drive = forces or {GROUND: self.acceleration}
+        return MappingProxyType({**of_dampers, **drive, "omega": self.omega})
+
+    @cached_property
+    def allowed(self) -> tuple[str, ...]:
+        """The names of all numbers that `with_` replaces, and that an axis may have."""
+        of_dampers = (f"{damper.name}.{k}" for damper in self.dampers for k in damper.allowed)
+        forces = (f"{FORCE}.{dof}" for dof in self.host.dofs)
+        return (*of_dampers, *forces, GROUND, "omega", "f")
+
+    def parts(self, name: str) -> tuple[str, ...]:
+        """Return the names of single numbers that a name means: gap+ and gap- for gap.
+
+        Raises `RequestError` for a name that the system does not have.
+        """
+        owner, key, side = split_name(name)
+        damper = next((damper for damper in self.dampers if damper.name == owner), None)
+        if owner == FORCE and key:
+            choice("degree of freedom", key, self.host.dofs)
+        elif damper and key and key + side not in (*damper.allowed, PLACE):
+            with at(f"damper {owner!r}"):
+                keys = [key for key in damper.allowed if key[-1] not in SIDES]
+                raise unknown("parameter", key + side, [*keys, PLACE])
+        elif not (damper and key) and name not in ("omega", "f", GROUND):
+            raise unknown("parameter", name, dict.fromkeys([*self.parameters, GROUND, "f"]))
+        if damper is None or side:
+            return ("omega",) if name == "f" else (name,)
+        sides = (wall.side for wall in damper.walls if key in ("gap", *LAWS[wall.law].allowed))
+        return tuple(name + wall for wall in sides) or (name,)
+
+    def refuse_twice(self, names: Iterable[str]) -> None:
+        """Raise `RequestError` for an unknown name, and if two of `names` mean one number."""
+        names, first = [*names], dict[str, str]()
+        for name in names:
+            for part in self.parts(name):
+                if first.setdefault(part, name) != name:
+                    raise RequestError(f"{first[part]} beside {name}: give one of them")
+        forces = [name for name in names if name.startswith(f"{FORCE}.")]
+        if forces and GROUND in names:
+            raise RequestError(f"{GROUND} beside {forces[0]}: give one of them")
+
+    def with_(self, /, **changes: Any) -> HostSystem:
+        """Replace numbers, and places of dampers.
+
+        Parameters
+        ----------
+        **changes
+            By name, SI units: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.gap` and
+            constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and
+            `ground`, which replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
+            of one damper: `cell1={"k": 300.0}`.
+
+        Returns
+        -------
+        HostSystem
+            A new system; the host is the same object.
+
+        Raises
+        ------
+        RequestError
+            For an unknown name, two names of one number, and as `Damper` and `Wall`.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+        >>> cell = nv.Damper("cell", attached_to="roof", m=900.0, walls=[nv.Wall(0.05, K=1e8)])
+        >>> system = nv.System.from_host(frame, [cell], force={"roof": 700.0}, omega=12.6)
+        >>> system.with_(**{"cell.gap": 0.02, "f": 2.0}).parameters["cell.gap"]
+        0.02
+        """
+        values: dict[str, Any] = {}
+        for name, value in changes.items():
+            is_table = isinstance(value, Mapping)
+            values |= {f"{name}.{k}": v for k, v in value.items()} if is_table else {name: value}
+        self.refuse_twice(values)
+        for name in values:
+            if not name.endswith(f".{PLACE}"):
+                values[name] = number(name, values[name])
+                DESCRIBED[name].check(values[name])
+        system = self.with_values(values, values.values())
+        check_places(self.host, system.dampers)
+        before = self.parameters
+        unchanged = {k for k, v in system.parameters.items() if before.get(k) == v}
+        sources = {name: text for name, text in self.sources.items() if name in unchanged}
+        assumed = {name: text for name, text in self.assumptions.items() if name in unchanged}
+        changed = [name for name in system.parameters if name not in unchanged]
+        sources |= dict.fromkeys(changed, SET_BY_USER)
+        return replace(system, sources=sources, assumptions=assumed)
+
+    def with_values(self, names: Iterable[str], values: Iterable[Any]) -> HostSystem:
+        """Return the system with other numbers by names that `refuse_twice` allows.
+
+        Neither names nor ranges are checked: one call for each cell of a scan.
+        """
+        omega, forces, acceleration = self.omega, self.force, self.acceleration
+        of_dampers: dict[str, dict[str, Any]] = {}
+        for name, value in zip(names, values, strict=True):
+            owner, _, key = name.partition(".")
+            if name in ("omega", "f"):
+                omega = value if name == "omega" else value * (2 * pi)
+            elif name == GROUND:
+                forces, acceleration = {}, value
+            elif owner == FORCE:
+                forces, acceleration = {**forces, key: value}, 0.0
+            else:
+                of_dampers.setdefault(owner, {})[key] = value
+        dampers = tuple(
+            damper.changed(of_dampers[damper.name]) if damper.name in of_dampers else damper
+            for damper in self.dampers
+        )
+        return replace(
+            self,
+            dampers=dampers,
+            force=MappingProxyType(dict(forces)),
+            acceleration=acceleration,
+            omega=omega,
+        )
+
+    def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
+        """Return the attributes by which an archive describes the system [SI], without `varied`."""
+        gone = {part for name in varied for part in (*self.parts(name), name)}
+        values = {k: v for k, v in self.parameters.items() if gone.isdisjoint(self.parts(k))}
+        return {
+            "system": self.name,
+            "kind": self.kind,
+            "host": self.host.heading(),
+            **values,
+            **{f"{damper.name}.{PLACE}": _in_words(damper) for damper in self.dampers},
+            **{
+                f"{damper.name}.law{wall.side}": wall.law
+                for damper in self.dampers
+                for wall in damper.walls
+            },
+            **{f"assumption_{name}": text for name, text in self.assumptions.items()},
+        }
 
     def rows(self) -> np.ndarray:
         """Return w of r = w X of each damper, (dampers, coordinates and masses)."""
@@ -267,10 +500,16 @@ def system_from_host(
     else:
         for dof, P in table("force", force, host.dofs).items():
             forces[dof] = number(f"force.{dof}", P)
-    names = list(host.dofs)
     # dampers with a mass come first, as the links of kernels do
-    ordered = sorted(dampers, key=lambda damper: damper.m is None)
-    for damper in ordered:
+    ordered = sorted(dampers, key=lambda damper: getattr(damper, "m", None) is None)
+    check_places(host, ordered)
+    return HostSystem(host, tuple(ordered), MappingProxyType(forces), acceleration, float(omega))
+
+
+def check_places(host: Host, dampers: Sequence[Damper]) -> None:
+    """Refuse a name that stands twice, and a place that the host does not have or that rests."""
+    names = list(host.dofs)
+    for damper in dampers:
         if not isinstance(damper, Damper):
             raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
         if damper.name in names:
@@ -286,4 +525,8 @@ def system_from_host(
                         f"no mode of the host moves {place!r}: keep more modes, or its static "
                         "response"
                     )
-    return HostSystem(host, tuple(ordered), MappingProxyType(forces), acceleration, float(omega))
+
+
+def _in_words(damper: Damper) -> str:
+    ends = damper.attached_to
+    return ends if isinstance(ends, str) else " and ".join(ends)

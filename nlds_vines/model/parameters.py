@@ -273,7 +273,68 @@ RATIOS: Mapping[str, Parameter] = {
     )
 }  # fmt: skip
 
-DESCRIBED: Mapping[str, Parameter] = {**PARAMETERS, **INITIAL, **RATIOS}  # all that may vary
+
+SET_BY_USER = "set by the user"  # the source of a changed parameter
+
+# ---- parameters of hosts: cell1.k, cell1.gap+, force.roof ----------------------------------------
+
+FORCE, GROUND = "force", "ground"
+RESERVED = (FORCE, GROUND, "host")  # no names of dampers
+SIDES = {"+": 1.0, "-": -1.0}  # of walls, by the sign of r
+_GROUND = Parameter(GROUND, "a", "m/s^2", "amplitude of the ground's acceleration")
+_AMPLITUDE = Parameter("P", "P", "N", "amplitude of the force on")
+_OF_DAMPERS = {
+    "m": Parameter("m", "m", "kg", "mass of", low=0, above=True),
+    "k": Parameter("k", "k", "N/m", "stiffness of the spring of", low=0),
+    "c": Parameter("c", "c", "N s/m", "damping of", low=0),
+    "gap": Parameter("gap", "gap", "m", "gap at rest of"),
+    **{
+        one.name: replace(one, meaning=f"{one.meaning}, at")
+        for law in _LAWS
+        for one in law.parameters
+    },
+}
+
+
+def split_name(name: str) -> tuple[str, str, str]:
+    """Return the owner, the key and the side in the name of a host's parameter, such as a.gap+."""
+    owner, _, key = name.partition(".")
+    plain = key[:-1] if key[-1:] in SIDES and owner != FORCE else key
+    return owner, plain, key[len(plain) :]
+
+
+@lru_cache(maxsize=4096)
+def of_host(name: str) -> Parameter | None:
+    """Return the parameter of a host with the name `damper.key` or `force.dof`; None for others."""
+    owner, key, side = split_name(name)
+    if name == GROUND:
+        return _GROUND
+    if owner == FORCE and key:
+        entry, owner = _AMPLITUDE, key
+    elif owner and key in _OF_DAMPERS:
+        entry = _OF_DAMPERS[key]
+    else:
+        return None
+    place = f"{owner}, wall {side}" if side else owner
+    symbol = f"{entry.symbol}{side} of {owner}"
+    return replace(entry, name=name, symbol=symbol, meaning=f"{entry.meaning} {place}")
+
+
+class _Described(dict[str, Parameter]):
+    """The parameters by name; those of hosts are made when they are asked for."""
+
+    def __missing__(self, name: str) -> Parameter:
+        entry = of_host(name)
+        if entry is None:
+            raise KeyError(name)
+        return entry
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and of_host(name) is not None)
+
+
+DESCRIBED: Mapping[str, Parameter] = _Described({**PARAMETERS, **INITIAL, **RATIOS})
+"""All that may vary."""
 
 
 def component_of(name: str) -> str:

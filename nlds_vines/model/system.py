@@ -27,6 +27,7 @@ from nlds_vines.model.parameters import (
     OSCILLATOR,
     PARAMETERS,
     SECOND,
+    SET_BY_USER,
     STRUCTURE,
     Law,
     hertz_stiffness,
@@ -401,7 +402,7 @@ class System(Outlined):
         system._set(
             parameters=merged,
             fixed_ratios=stay | _ratios_in(scene, overrides),
-            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
+            sources=sources | dict.fromkeys(sorted(changed), SET_BY_USER),
             assumptions={n: text for n, text in self.assumptions.items() if n in unchanged},
         )
         return system

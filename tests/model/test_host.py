@@ -176,8 +176,8 @@ EYE = np.eye(2)
         ({"ratio": -0.1}, "ratio = .* must be finite numbers >= 0"),
         ({"rayleigh": (1, 2, 3)}, "must be two numbers"),
         ({"dofs": ["a", "a"]}, "dofs = .* must be 2 different names"),
-        ({"dofs": ["a.b", "c"]}, "dofs: 'a.b' is no name"),
-        ({"dofs": ["ground", "c"]}, "dofs: 'ground' is no name"),
+        ({"dofs": ["a.b", "c"]}, "dofs = 'a.b' must be a text without"),
+        ({"dofs": ["ground", "c"]}, "dofs: 'ground' has another meaning"),
         ({"influence": [1]}, "influence has 1 values for 2 degrees of freedom"),
     ],
 )

@@ -1,0 +1,119 @@
+"""Systems of hosts: names of their numbers, replacements, refusals in one line."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.model.parameters import DESCRIBED
+
+FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+BODIES = {"E1": 2e11, "E2": 7e10, "nu1": 0.3, "nu2": 0.33, "A": 2.0, "B": 2.0, "q1": 0.318}
+CELL = nv.Damper(
+    "cell", "roof", m=900.0, k=50.0,
+    walls=[nv.Wall(0.05, K=1e8), nv.Wall(0.06, "-", law="restitution", e=0.5)],
+)  # fmt: skip
+BALL = nv.Damper("ball", "floor2", m=300.0, c=2.0, walls=[nv.Wall(0.02, **BODIES)])
+STOP = nv.Damper("stop", ("roof", "floor1"), walls=[nv.Wall(0.01, s, K=1e7) for s in "+-"])
+SYSTEM = nv.System.from_host(FRAME, [CELL, STOP, BALL], force={"roof": 700.0}, omega=12.6)
+
+
+def test_numbers_have_names_and_those_of_equal_walls_one_name():
+    assert dict(SYSTEM.parameters) == {
+        "cell.m": 900.0, "cell.k": 50.0, "cell.c": 0.0, "cell.gap+": 0.05, "cell.gap-": 0.06,
+        "cell.K+": 1e8, "cell.e-": 0.5,
+        "ball.m": 300.0, "ball.k": 0.0, "ball.c": 2.0, "ball.gap": 0.02,
+        **{f"ball.{name}": value for name, value in BODIES.items()},
+        "stop.k": 0.0, "stop.c": 0.0, "stop.gap": 0.01, "stop.K": 1e7,
+        "force.roof": 700.0, "omega": 12.6,
+    }  # fmt: skip
+    assert all(name in DESCRIBED for name in SYSTEM.allowed)
+    assert not SYSTEM.parameters.keys() - {*SYSTEM.allowed}
+    entry = DESCRIBED["cell.gap+"]
+    assert (entry.unit, entry.symbol) == ("m", "gap+ of cell")
+    assert entry.meaning == "gap at rest of cell, wall +"
+    assert DESCRIBED["force.roof"].meaning == "amplitude of the force on roof"
+    assert "cell.speed" not in DESCRIBED
+    assert "cell" not in DESCRIBED
+
+
+REPLACED = [
+    ({"cell.k": 300.0}, {"cell.k": 300.0}),
+    ({"cell": {"k": 300.0, "gap+": 0.01}}, {"cell.k": 300.0, "cell.gap+": 0.01}),
+    ({"cell.gap": 0.03}, {"cell.gap+": None, "cell.gap-": None, "cell.gap": 0.03}),
+    ({"stop.gap-": 0.03}, {"stop.gap": None, "stop.gap+": 0.01, "stop.gap-": 0.03}),
+    ({"cell.e": 0.7, "cell.K": 3e8}, {"cell.e-": 0.7, "cell.K+": 3e8}),
+    ({"ball.K": 3e8}, {**{f"ball.{name}": None for name in BODIES}, "ball.K": 3e8}),
+    ({"ball.E1": 3e9}, {"ball.E1": 3e9}),
+    ({"ball.hunt_crossley": 0.2}, {"ball.hunt_crossley": 0.2}),
+    ({"force.floor1": 5.0}, {"force.floor1": 5.0}),
+    ({"ground": 0.5}, {"force.roof": None, "ground": 0.5}),
+    ({"f": 2.0}, {"omega": 4 * np.pi}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "after"), REPLACED)
+def test_numbers_are_replaced_by_name(changes, after):
+    system = SYSTEM.with_(**changes)
+    expected = {**SYSTEM.parameters, **after}
+    assert dict(system.parameters) == {k: v for k, v in expected.items() if v is not None}
+    assert system.host is FRAME
+    assert [*system.sources] == [k for k in system.parameters if after.get(k) is not None]
+    names, values = [*changes], [*changes.values()]
+    if "cell" not in changes:
+        assert SYSTEM.with_values(names, values).parameters == system.parameters
+    # what varies is no attribute
+    attributes = SYSTEM.attributes([name for name in names if name != "cell"])
+    assert attributes.keys().isdisjoint({*changes} & {*SYSTEM.parameters})
+    assert "cell.gap" not in changes or "cell.gap+" not in attributes
+    back = {name: SYSTEM.parameters[name] for name, value in after.items() if value is None}
+    if not back.keys() & {"stop.gap", "ball.E1"}:
+        assert system.with_(**back).parameters.items() >= back.items()
+
+
+def test_the_stiffness_of_bodies_follows_from_their_constants():
+    softer = SYSTEM.with_(**{"ball.E1": 2e10})
+    wall = nv.Wall(0.02, **{**BODIES, "E1": 2e10})
+    assert softer.dampers[1].walls[0].constants["K"] == wall.constants["K"]
+
+
+def test_a_damper_moves_to_another_place():
+    moved = SYSTEM.with_(**{"cell.attached_to": "floor1", "stop.attached_to": ("roof", "ground")})
+    assert moved.rows()[0].tolist() == [1, 0, 0, -1, 0]
+    assert moved.rows()[2].tolist() == [0, 0, 1, 0, 0]
+    assert moved.attributes()["cell.attached_to"] == "floor1"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"cel.k": 1.0}, "unknown parameter 'cel.k'; did you mean 'cell.k'"),
+        ({"cell": 1.0}, "unknown parameter 'cell'"),
+        ({"m2": 1.0}, "unknown parameter 'm2'"),
+        ({"cell.kk": 1.0}, "damper 'cell': unknown parameter 'kk'; allowed: m, k, c, gap"),
+        ({"stop.m": 1.0}, "damper 'stop': unknown parameter 'm'; allowed: k, c, gap"),
+        ({"cell.e+": 1.0}, "damper 'cell': unknown parameter 'e[+]'"),
+        ({"ball.gap-": 1.0}, "damper 'ball': unknown parameter 'gap-'"),
+        ({"force.top": 1.0}, "unknown degree of freedom 'top'"),
+        ({"cell.m": 0.0}, r"cell.m = 0.0 is not allowed: cell.m \(mass of cell\) \[kg\] must be >"),
+        ({"cell.K": "stiff"}, "cell.K = 'stiff' must be a number"),
+        ({"f": -1.0}, "f = -1.0 is not allowed"),
+        ({"cell.gap": 0.1, "cell.gap+": 0.2}, "cell.gap beside cell.gap[+]: give one of them"),
+        ({"f": 1.0, "omega": 6.0}, "f beside omega: give one of them"),
+        ({"ground": 1.0, "force.roof": 6.0}, "ground beside force.roof: give one of them"),
+        ({"stop.gap+": -0.02}, "damper 'stop': its walls overlap by 0.01 m"),
+        ({"ball.K": 1.0, "ball.E1": 1.0}, "damper 'ball': K stands beside constants"),
+        ({"cell.E1": 1.0}, "damper 'cell': law 'hertz' needs E2"),
+        ({"cell.attached_to": "top"}, "damper 'cell': unknown attached_to 'top'"),
+        ({"cell.attached_to": ("roof", "ground")}, "damper 'cell': has no mass m between two"),
+    ],
+)
+def test_wrong_replacements_are_refused_in_one_line(changes, message):
+    with pytest.raises(nv.RequestError, match=message) as error:
+        SYSTEM.with_(**changes)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["a.b", "a/b", "a=b", "a$", " a", "", "force", "ground", "host"])
+def test_names_of_dampers_stand_in_others(name):
+    with pytest.raises(nv.RequestError, match=r"^name = "):
+        nv.Damper(name, "roof", m=1.0)

@@ -183,7 +183,7 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
     variations.place_state(flow, np.zeros(4), state)
     none, section = np.empty((0, 16)), variations.no_section(flow.space)
     assert follow_growth(flow, section, state, tangent, logs, growth, none) == OK
-    note_exponents(evidence, growth, logs, 1.0, 2)
+    note_exponents(verdict.evidence_in(evidence), growth, logs, 1.0, 2)
     assert (evidence[[LYAPUNOV, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
     assert evidence[INTERVAL] < 1e-5
 

@@ -346,7 +346,7 @@ def test_growth_ends_where_variations_do():
     variations.set_identity(tangent)
     tangent[2:4] = 0.0
     tangent[4:8] = 2 * tangent[:4]
-    lost = variations.lost_of(flow.prepared.near, flow.prepared.far)
+    lost = variations.lost_of(flow)
     variations.orthonormalize(tangent, 4, growth, lost)
     assert growth[0] == 0.0
     assert growth[1] == -np.inf

@@ -21,7 +21,7 @@ from ..scene.codes import OK
 from ..scene.scene import CellBuffers, Ground
 from ..watch.observe import Touches
 from .cells import cell_flow, run_cell
-from .verdict import judge
+from .verdict import evidence_in, judge
 
 # indices of `LaneBuffers.ends`
 FIRST_STATE, LAST_STATE = 0, 1
@@ -136,5 +136,5 @@ def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
             flow, _ = cell_flow(parts, cells[chain, link], PERIOD)
             status[chain, link] = judge(
                 flow, finished.ends[chain, link], finished.section[chain, link], finished.first,
-                stages, evidence[chain, link],
+                stages, evidence_in(evidence[chain, link]),
             )  # fmt: skip

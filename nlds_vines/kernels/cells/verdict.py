@@ -18,21 +18,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..impact.inside import carry_by
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, log, log10
-from ..numerics.fours import bare, four, four_at, four_of, number_of, put_four
+from ..numerics.fours import bare
 from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
 from ..orbit.repetition import TOLERANCE, repeats
 from ..orbit.variations import (
     LONGEST_CORRECTION,
     TOGETHER,
     advance_flow,
+    blur_of,
+    column_of,
     distance,
+    duration_of,
+    has_walls,
     is_minimal,
     lost_of,
     matrix_of,
-    new_state,
     newton_step,
     no_section,
     norm,
@@ -43,10 +45,32 @@ from ..orbit.variations import (
     set_identity,
     shrunk_in_contacts,
     span_of,
+    state_for,
+    width_of,
 )
 from ..scene import codes as ev
+from ..scene.by_law import by_flow
 from ..scene.codes import CHAOTIC, OK, PERIODIC, QUASIPERIODIC, TRANSIENT_CHAOS, UNDETERMINED
-from ..scene.scene import scale_of
+
+
+class Evidence(NamedTuple):
+    """The evidence of a verdict, whose columns are in `codes`; `evidence_in` has that of a row."""
+
+    row: Any  # of scalars, KIND to PASSING_WIDTH
+    impacts: Any  # (walls,) of an nT orbit by wall
+    exponents: Any  # (size,) or more [1/s]
+    monodromy: Any  # (width * width,) column by column
+    point: Any  # (width,)
+
+
+@jit
+def evidence_in(row):
+    """Return the evidence of one structure and one damper, which is one row."""
+    return Evidence(
+        row, row[ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1], row[ev.EXPONENTS : ev.MONODROMY],
+        row[ev.MONODROMY : ev.POINT], row[ev.POINT : ev.LENGTH_OF_ROW],
+    )  # fmt: skip
+
 
 # ---- Growth rates with their uncertainty, and how fast time averages converge --------------------
 
@@ -137,8 +161,8 @@ class Course(NamedTuple):
     record: np.ndarray  # (rows, components) in the user's coordinates; row 0 is section first + 1
     length: int  # rows that are filled
     first: int  # periods before those of the record
-    origin: np.ndarray  # (STATE_SIZE,) section 0
-    maps: np.ndarray  # (pieces, 16) derivatives over the last pieces of periods, or none
+    origin: np.ndarray  # as `state_for`: section 0
+    maps: np.ndarray  # (pieces, width^2) derivatives over the last pieces of periods, or none
     together: int  # periods of a piece, between two projections
 
 
@@ -161,16 +185,17 @@ def bare_course(course):
     return Course(record, course.length, course.first, bare(course.origin), course.maps, 1)
 
 
-@jit
-def state_of(y):
+@by_flow
+def state_of(space, y):
+    """Return the numbers of a state at a section, apart from its array."""
     return y[0], y[1], y[2], y[3]
 
 
-@jit
+@by_flow
 def section_at(space, course, m):
     """Return the state (x1, v1, r, s) at section m of a bare course."""
     if m == 0:
-        return state_of(course.origin)
+        return state_of(space, course.origin)
     record, i = course.record, space.size * (m - course.first - 1)
     x1, v1 = record[i], record[i + 1]
     if space.size == 2:
@@ -186,7 +211,7 @@ def periods_together(flow, periods):
     exp(-MOST_SHRUNK), and each of the BATCHES, whose means give the uncertainty, must hold
     FEWEST_PROJECTIONS.
     """
-    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
+    shrinks = abs(flow.trace) * duration_of(flow)
     most = MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER)
     most = min(most, periods / (BATCHES * FEWEST_PROJECTIONS))
     return max(1, int(most))
@@ -197,28 +222,27 @@ def follow_growth(flow, rows, state, tangent, logs, growth, maps):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
     rows: receives its sections, as far as there is room. logs: receives the logarithm by which the
-    first variation grows in a period (the mean of a few); growth (4,): the sums for all variations.
+    first variation grows in a period (the mean of a few); growth (width,): the sums for all.
     maps: receives the derivative of the flow over each piece of `periods_together`, if there is
     room. It is A Q^T, as the variations are orthonormal, Q, before the piece and A after it.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    together, before = periods_together(flow, len(logs)), np.empty(16)
+    width, together, before = len(growth), periods_together(flow, len(logs)), tangent.copy()
     for p in range(0, len(logs), together):
         grown, n = growth[0], min(together, len(logs) - p)
-        for i in range(16):
+        for i in range(len(before)):
             before[i] = tangent[i]
         status = advance_flow(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
         if len(maps) > 0:
-            for i in range(4):
-                column = four(0.0)
-                for c in range(flow.space.size):
-                    column = column + four_at(tangent, 4 * c) * before[4 * c + i]
-                put_four(maps[p // together], 4 * i, column)
-        orthonormalize(
-            tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
-        )
+            piece = maps[p // together]
+            piece[:] = 0.0
+            for c in range(0, flow.space.size * width, width):
+                for i in range(width):
+                    for j in range(width):
+                        piece[width * i + j] += tangent[c + j] * before[c + i]
+        orthonormalize(tangent, flow.space.size, growth, lost_of(flow))
         vanished = growth[0] == -np.inf  # a damper that sticks forgets all variations
         logs[p : p + n] = -np.inf if vanished else (growth[0] - grown) / n
     return OK
@@ -237,7 +261,6 @@ PREDICTION_ERROR = 0.25
 UNPREDICTED = 2.0  # deviation beyond which nothing is predicted, in units of the cycle's `span`
 CONVINCING = 1000  # periods of returns as predicted that prove the approach
 TINY = 1.0e-7  # deviation, relative to the orbit, that rounding and the method's error may make
-BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
 LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for an exponent
 LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the first ones
 
@@ -246,22 +269,23 @@ class Cycle(NamedTuple):
     """A stable orbit of n periods, and what its returns are predicted with."""
 
     n: int
-    point: Any  # (4,) its state (x1, v1, r, s) at the sections that are multiples of n, a bare row
-    tangent: Any  # (16,) its monodromy matrix there, column by column, a bare row
+    point: Any  # (width,) its state at the sections that are multiples of n, a bare row
+    tangent: Any  # (width^2,) its monodromy matrix there, column by column, a bare row
+    off: Any  # (width,) scratch
     span: float  # its largest energy norm at a section [J^0.5]
     resolvable: float  # the least deviation that shows on a section, in the energy norm [J^0.5]
 
 
 @jit
 def cycle_through(space, y, tangent, points):
-    """Return the `Cycle` through y whose sections are `points` (n, 4).
+    """Return the `Cycle` through y whose sections are `points` (n, width).
 
     Sections hold positions, so a motion that is tiny beside the damper's rest offset has few
     digits.
     """
     span = span_of(space, points)
-    blur = scale_of(space.ps, space.damper, 0.0, 0.0, BLUR * space.rest, 0.0)
-    return Cycle(len(points), bare(y), bare(tangent), span, TINY * span + blur)
+    off, resolvable = y.copy(), TINY * span + blur_of(space)
+    return Cycle(len(points), bare(y), bare(tangent), off, span, resolvable)
 
 
 @jit
@@ -273,15 +297,16 @@ def returns_as_predicted(space, cycle, now, far, then, far_then):
     """
     if far <= cycle.resolvable and far_then <= cycle.resolvable:
         return True
-    image = four(0.0)
+    off, width = cycle.off, width_of(space)
+    for i in range(width):
+        off[i] = 0.0
     for c in range(space.size):
-        image = image + four_at(cycle.tangent, 4 * c) * (now[c] - cycle.point[c])
-    image = image + four_at(cycle.point, 0)
-    off = image - four_of(then[0], then[1], then[2], then[3])
-    error = scale_of(
-        space.ps, space.damper, number_of(off, 0), number_of(off, 1), number_of(off, 2),
-        number_of(off, 3),
-    )  # fmt: skip
+        deviation = now[c] - cycle.point[c]
+        for i in range(width):
+            off[i] += cycle.tangent[width * c + i] * deviation
+    for i in range(width):
+        off[i] = (off[i] + cycle.point[i]) - then[i]
+    error = norm(space, off)
     return far <= UNPREDICTED * cycle.span and error <= PREDICTION_ERROR * far
 
 
@@ -293,13 +318,13 @@ def attracted(flow, cycle, x):
     periods. One return proves nothing: a flight without impact always obeys the matrix of an orbit
     without impacts.
     """
-    state, then, n = new_state(), state_of(x), cycle.n
+    state, then, n = state_for(flow), state_of(flow.space, x), cycle.n
     far_then = distance(flow.space, then, cycle.point)
     place_state(flow, x, state)
     for _ in range(0, CONVINCING, n):
         if run_on(flow, no_section(flow.space), n, state) != OK:
             return False
-        now, far, then = then, far_then, state_of(state)
+        now, far, then = then, far_then, state_of(flow.space, state)
         far_then = distance(flow.space, then, cycle.point)
         if not returns_as_predicted(flow.space, cycle, now, far, then, far_then):
             return False
@@ -327,16 +352,16 @@ def settling_period(flow, course, cycle):
     if course.first == 0:
         return 0
     # the sections before section m are not in the course: the orbit is run again from its beginning
-    state, settled = new_state(), 0
+    state, settled = state_for(flow), 0
     place_state(flow, course.origin, state)
-    then = state_of(state)
-    far_then = distance(flow.space, then, cycle.point)
+    after = state_of(flow.space, state)
+    far_after = distance(flow.space, after, cycle.point)
     for p in range(n, m + 1, n):
         if run_on(flow, no_section(flow.space), n, state) != OK:
             return m
-        now, far, then = then, far_then, state_of(state)
-        far_then = distance(flow.space, then, cycle.point)
-        if not returns_as_predicted(flow.space, cycle, now, far, then, far_then):
+        before, far, after = after, far_after, state_of(flow.space, state)
+        far_after = distance(flow.space, after, cycle.point)
+        if not returns_as_predicted(flow.space, cycle, before, far, after, far_after):
             settled = p
     return settled
 
@@ -344,20 +369,21 @@ def settling_period(flow, course, cycle):
 @jit
 def note_chaotic_transient(flow, course, evidence, period):
     """Note the exponent of a long transient; above zero, the orbit is transient chaos."""
-    periods = int(evidence[ev.SETTLING])
-    if flow.prepared.scratch is None or periods < LONG_TRANSIENT:
+    row, size = evidence.row, width_of(flow.space)
+    periods = int(row[ev.SETTLING])
+    if not has_walls(flow) or periods < LONG_TRANSIENT:
         return
-    state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
+    state, tangent, growth = state_for(flow), np.zeros(size * size), np.zeros(size)
     place_state(flow, course.origin, state)
-    set_identity(tangent)
+    set_identity(tangent, size)
     logs, nothing = np.zeros(min(periods, LONGEST_LOOK)), no_section(flow.space)
-    if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 16))) != OK:
+    if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 0))) != OK:
         return
     mean, width = mean_and_width(logs)
     width = max(width, MARGIN)
-    evidence[ev.PASSING], evidence[ev.PASSING_WIDTH] = mean / period, width / period
+    row[ev.PASSING], row[ev.PASSING_WIDTH] = mean / period, width / period
     if mean - width > 0.0:
-        evidence[ev.KIND] = TRANSIENT_CHAOS
+        row[ev.KIND] = TRANSIENT_CHAOS
 
 
 # ---- The search for the stable periodic orbit that an orbit ends in ------------------------------
@@ -371,6 +397,7 @@ def note_chaotic_transient(flow, course, evidence, period):
 MOST_PERIODS = 1024  # largest n that is looked for
 FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
 SLOW_RETURN = 4.0  # largest factor per return by which the distance of a settling orbit shrinks
+MOST_MAPPED = 64  # numbers of a state up to which maps are kept
 FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
 MANY_TRIED = 32  # candidates if one is likely
 ASTRAY_BY = (
@@ -440,19 +467,25 @@ def leads_away(flow, course, n, apart):
     if len(course.maps) == 0:
         return False
     space, sections, last = flow.space, bare_course(course), last_of(course)
-    state, tangent, span = new_state(), np.empty(16), 0.0
+    width = width_of(space)
+    state, tangent, row, span = state_for(flow), np.empty(width * width), np.empty(width), 0.0
     for p in range(last - n + 1, last + 1):
         span = max(span, norm(space, section_at(space, sections, p)))
     y, image = section_at(space, sections, last - n), section_at(space, sections, last)
     pieces = min((n - 1) // course.together, len(course.maps))
     place_state(flow, y, state)
-    set_identity(tangent)
+    set_identity(tangent, width)
     for p in range(0, n - pieces * course.together, TOGETHER):
         periods = min(TOGETHER, n - pieces * course.together - p)
         if advance_flow(flow, no_section(space), periods, tangent, state) != OK:
             return False
     for i in range(len(course.maps) - pieces, len(course.maps)):
-        carry_by(course.maps[i], 0, tangent)
+        for at in range(0, len(tangent), width):
+            for c in range(width):
+                row[c], tangent[at + c] = tangent[at + c], 0.0
+            for j in range(width):
+                for c in range(width):
+                    tangent[at + c] += row[j] * course.maps[i, width * j + c]
     step = norm(space, newton_step(space, tangent, image, y))
     return step > ASTRAY_BY * min(LONGEST_CORRECTION * span, apart)
 
@@ -465,29 +498,31 @@ def try_period(flow, course, n, apart, evidence):
     section that is stable but not approached, or a saddle, as lies beside each stable orbit on an
     invariant curve. apart: the largest step of Newton's method [J^0.5].
     """
-    x, y = section_at(flow.space, bare_course(course), last_of(course) // n * n), np.empty(4)
-    for i in range(4):
+    width, m = width_of(flow.space), last_of(course) // n * n
+    x = section_at(flow.space, bare_course(course), m)
+    y, points, tangent = np.empty(width), np.empty((n, width)), np.zeros(width * width)
+    for i in range(width):
         y[i] = x[i]
-    points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
+    counts = np.zeros(len(evidence.impacts), np.int64)
     residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
     if not residual < np.inf or not is_minimal(flow.space, y, points):
         return NOTHING
     cycle = cycle_through(flow.space, y, tangent, points)
-    multipliers = eigenvalues(matrix_of(tangent, flow.space.size))
+    multipliers = eigenvalues(matrix_of(tangent, flow.space.size, width))
     radius = spectral_radius(multipliers)
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, cycle, x):
         beside = distance(flow.space, x, y) <= apart
         return NEIGHBOR if beside and (stable or is_saddle(multipliers)) else NOTHING
-    evidence[ev.KIND], evidence[ev.CYCLE_PERIOD] = PERIODIC, n
-    evidence[ev.NEAR_IMPACTS], evidence[ev.FAR_IMPACTS] = counts[0], counts[1]
-    evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
-    evidence[ev.CLEARANCE], evidence[ev.SLOWEST] = clearance, slowest
-    evidence[ev.SETTLING] = settling_period(flow, course, cycle)
-    for i in range(16):
-        evidence[ev.MONODROMY + i] = tangent[i]
-    for i in range(4):
-        evidence[ev.POINT + i] = y[i]
+    row = evidence.row
+    row[ev.KIND], row[ev.CYCLE_PERIOD] = PERIODIC, n
+    row[ev.RESIDUAL], row[ev.RADIUS] = residual, radius
+    row[ev.CLEARANCE], row[ev.SLOWEST] = clearance, slowest
+    row[ev.SETTLING] = settling_period(flow, course, cycle)
+    for wall in range(len(counts)):
+        evidence.impacts[wall] = counts[wall]
+    evidence.monodromy[:] = tangent
+    evidence.point[:] = y
     return FOUND
 
 
@@ -547,9 +582,9 @@ def note_exponents(evidence, growth, logs, period, size):
     """Write the largest exponent with its half-width, and all exponents [1/s]."""
     mean, width = mean_and_width(logs)
     width = max(width, MARGIN)
-    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = mean / period, width / period
+    evidence.row[ev.LYAPUNOV], evidence.row[ev.INTERVAL] = mean / period, width / period
     for i in range(size):
-        evidence[ev.EXPONENTS + i] = growth[i] / (len(logs) * period)
+        evidence.exponents[i] = growth[i] / (len(logs) * period)
 
 
 @jit
@@ -561,55 +596,57 @@ def note_cycle(flow, evidence, period):
     the growth over a cycle, after ALIGNING cycles. CYCLE_PERIOD, RADIUS and POINT must have been
     filled.
     """
-    radius, n = evidence[ev.RADIUS], int(evidence[ev.CYCLE_PERIOD])
+    row, exponents, width = evidence.row, evidence.exponents, width_of(flow.space)
+    radius, n = row[ev.RADIUS], int(row[ev.CYCLE_PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
-    evidence[ev.LYAPUNOV], evidence[ev.INTERVAL] = largest / (n * period), 0.0
-    evidence[ev.DIGITS] = np.nan
-    evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
+    row[ev.LYAPUNOV], row[ev.INTERVAL] = largest / (n * period), 0.0
+    row[ev.DIGITS] = np.nan
+    exponents[:] = np.nan
     volume = flow.trace * n * period  # ln |det M|, the sum of ln |mu|; contacts add theirs
-    volume += shrunk_in_contacts(flow, evidence[ev.POINT : ev.POINT + 4], n)
+    volume += shrunk_in_contacts(flow, evidence.point, n)
     if volume > RESOLVED:
         return
-    state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
-    place_state(flow, evidence[ev.POINT : ev.POINT + 4], state)
-    set_identity(tangent)
+    state, tangent, growth = state_for(flow), np.zeros(width * width), np.zeros(width)
+    place_state(flow, evidence.point, state)
+    set_identity(tangent, width)
     for _ in range(ALIGNING + 1):
         growth[:] = 0.0
         logs, nothing = np.zeros(n), no_section(flow.space)
-        if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 16))) != OK:
+        if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 0))) != OK:
             return
     for i in range(flow.space.size):
-        evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
+        exponents[i] = growth[i] / (n * period)
     # The largest exponent from the matrix is better than the growth of one variation, which aligns
     # slowly if the first two multipliers are nearly as large, and not at all if they are a complex
     # pair. The growth of an area does not suffer from that: the sum of the first two stays.
-    if evidence[ev.LYAPUNOV] > -np.inf:
-        off = evidence[ev.EXPONENTS] - evidence[ev.LYAPUNOV]
-        evidence[ev.EXPONENTS] -= off
-        evidence[ev.EXPONENTS + 1] += off
+    if row[ev.LYAPUNOV] > -np.inf:
+        off = exponents[0] - row[ev.LYAPUNOV]
+        exponents[0] -= off
+        exponents[1] += off
 
 
 @jit
-def note_digits(space, record, length, count, evidence):
+def note_digits(space, record, length, count, row):
     """Write to how many digits averages of the last `count` sections agree, the worst of them."""
     digits = 15.0
-    for c in range(0, space.size, 2):
-        digits = min(digits, digits_of(record[length - count : length, c].copy()))
-    evidence[ev.DIGITS] = digits
+    for i in range(space.size // 2):
+        values = record[length - count : length, column_of(space, i)].copy()
+        digits = min(digits, digits_of(values))
+    row[ev.DIGITS] = digits
 
 
 @jit
-def seems_chaotic(evidence):
+def seems_chaotic(row):
     """Return True if the largest exponent is above zero and averages are not those of a torus."""
-    above = evidence[ev.LYAPUNOV] - evidence[ev.INTERVAL] > 0.0
-    return above and evidence[ev.DIGITS] < SMOOTH_DIGITS
+    above = row[ev.LYAPUNOV] - row[ev.INTERVAL] > 0.0
+    return above and row[ev.DIGITS] < SMOOTH_DIGITS
 
 
 @jit
-def seems_quasiperiodic(trace, evidence):
+def seems_quasiperiodic(trace, row):
     """Return True if exponent and averages are those of a torus."""
-    zero = abs(evidence[ev.LYAPUNOV]) <= max(evidence[ev.INTERVAL], MARGIN * abs(trace))
-    return zero and evidence[ev.DIGITS] >= SMOOTH_DIGITS
+    zero = abs(row[ev.LYAPUNOV]) <= max(row[ev.INTERVAL], MARGIN * abs(trace))
+    return zero and row[ev.DIGITS] >= SMOOTH_DIGITS
 
 
 @jit
@@ -618,12 +655,12 @@ def is_steady(space, record, length, count):
 
     Those of a free oscillation whose areas shrink by FORGOTTEN meanwhile differ by a factor of e^2.
     """
-    for c in range(0, space.size, 2):
-        squares, mean = record[length - count : length, c].copy(), 0.0
+    for i in range(space.size // 2):
+        squares, mean = record[length - count : length, column_of(space, i)].copy(), 0.0
         for value in squares:
             mean += value / count
-        for i in range(count):
-            squares[i] = (squares[i] - mean) * (squares[i] - mean)
+        for j in range(count):
+            squares[j] = (squares[j] - mean) * (squares[j] - mean)
         early = weighted_mean(squares, 0, count // 2)
         late = weighted_mean(squares, count // 2, count)
         if abs(early - late) > STEADY * max(early, late):
@@ -632,7 +669,7 @@ def is_steady(space, record, length, count):
 
 
 @jit
-def forgets(size, trace, evidence, period, time):
+def forgets(size, trace, exponents, period, time):
     """Return True if the motion forgets its start within `time` [s], or if nothing dissipates.
 
     On an attracting torus the first exponent is zero and the second negative. A free oscillation
@@ -641,30 +678,31 @@ def forgets(size, trace, evidence, period, time):
     """
     total = 0.0
     for i in range(size):
-        total += evidence[ev.EXPONENTS + i]
+        total += exponents[i]
     if trace == 0.0 and total * period > -MARGIN:
         return True
-    return (evidence[ev.EXPONENTS] + evidence[ev.EXPONENTS + 1]) * time < -FORGOTTEN
+    return (exponents[0] + exponents[1]) * time < -FORGOTTEN
 
 
 @jit
 def judge(flow, ends, record, first, stages, evidence):
-    """Fill the evidence (LENGTH_OF_ROW,), whose columns are in `codes`; return a status.
+    """Fill the `Evidence`, return a status.
 
-    ends: the states (2, STATE_SIZE) at the orbit's beginning and end; record (periods, components):
-    its sections after the `first` periods; stages: further periods of each stage.
+    ends: the states (2, ...) at the orbit's beginning and end; record (periods, components): its
+    sections after the `first` periods; stages: further periods of each stage.
     """
-    course = Course(record, len(record), first, ends[0].copy(), np.empty((0, 16)), 1)
-    evidence[:] = np.nan
-    evidence[ev.KIND], evidence[ev.CYCLE_PERIOD], evidence[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
-    period = flow.exact_grid.h * flow.exact_grid.n
-    now, tangent, growth = ends[1].copy(), np.zeros(16), np.zeros(4)
-    set_identity(tangent)
+    course = Course(record, len(record), first, ends[0].copy(), np.empty((0, 0)), 1)
+    row, width, period = evidence.row, width_of(flow.space), duration_of(flow)
+    for values in evidence:
+        values[:] = np.nan
+    row[ev.KIND], row[ev.CYCLE_PERIOD], row[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
+    now, tangent, growth = ends[1].copy(), np.zeros(width * width), np.zeros(width)
+    set_identity(tangent, width)
     followed = 0  # periods with variations
     for stage in range(len(stages) + 1):
-        evidence[ev.WATCHED] = course.first + course.length
+        row[ev.WATCHED] = course.first + course.length
         # a stable periodic orbit ends the search; an orbit that is not chaotic may have a long one
-        chaotic = evidence[ev.KIND] == CHAOTIC
+        chaotic = row[ev.KIND] == CHAOTIC
         long = stage > 0 and not chaotic
         most, periods = (MANY_TRIED, stages[stage - 1]) if long else (FEW_TRIED, SUM_TRIED)
         outcome = find_period(flow, course, most, periods, chaotic, evidence)
@@ -673,24 +711,24 @@ def judge(flow, ends, record, first, stages, evidence):
             note_chaotic_transient(flow, course, evidence, period)
             return OK
         # a torus: no periodic orbit beside it, an exponent of zero, averages that converge fast
-        smooth = seems_quasiperiodic(flow.trace, evidence)
-        if evidence[ev.KIND] == UNDETERMINED and long and outcome == NOTHING and smooth:
-            time = stages[stage - 1] * period
-            if forgets(flow.space.size, flow.trace, evidence, period, time) and is_steady(
+        smooth = seems_quasiperiodic(flow.trace, row)
+        if row[ev.KIND] == UNDETERMINED and long and outcome == NOTHING and smooth:
+            time, exponents = stages[stage - 1] * period, evidence.exponents
+            if forgets(flow.space.size, flow.trace, exponents, period, time) and is_steady(
                 flow.space, course.record, course.length, followed
             ):
-                evidence[ev.KIND] = QUASIPERIODIC
+                row[ev.KIND] = QUASIPERIODIC
         if stage == len(stages):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        length, maps, together = course.length, np.empty((0, 16)), periods_together(flow, further)
+        length, maps, together = course.length, np.empty((0, 0)), periods_together(flow, further)
         record = np.empty((length + further, course.record.shape[1]))
         for p in range(length):
             for c in range(record.shape[1]):
                 record[p, c] = course.record[p, c]
         rows = record[length:]
-        if evidence[ev.KIND] == UNDETERMINED:
+        if row[ev.KIND] == UNDETERMINED:
             followed += further
             growth[:] = 0.0
             logs = np.zeros(further)
@@ -698,14 +736,14 @@ def judge(flow, ends, record, first, stages, evidence):
             # that would change the last bits of later exponents: impacts of those orbits are
             # recalled for nearly equal ones.
             is_last = stage == len(stages) - 1 and further % together == 0
-            if is_last and lost_of(flow.prepared.near, flow.prepared.far) == 0.0:
-                maps = np.empty((further // together, 16))
+            if is_last and lost_of(flow) == 0.0 and width <= MOST_MAPPED:
+                maps = np.empty((further // together, width * width))
             status = follow_growth(flow, rows, now, tangent, logs, growth, maps)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.space.size)
-                note_digits(flow.space, record, length + further, followed, evidence)
-                if seems_chaotic(evidence):
-                    evidence[ev.KIND] = CHAOTIC
+                note_digits(flow.space, record, length + further, followed, row)
+                if seems_chaotic(row):
+                    row[ev.KIND] = CHAOTIC
         else:
             status = run_on(flow, rows, further, now)
         if status != OK:

@@ -24,14 +24,14 @@ def is_a(part: object, sort: type) -> bool:
     return isinstance(part, sort)
 
 
-LAWS = f"{__name__.rsplit('.', 2)[0]}.laws."
-"""The beginning of the names of the modules of laws."""
+CHOSEN = tuple(f"{__name__.rsplit('.', 2)[0]}.{name}" for name in ("laws.", "hosts.host_space"))
+"""The beginnings of the names of the modules of laws, and of that of the flow of hosts."""
 
 
 def law_of(sort: Any) -> Any:
-    """Return the module of the law of a sort of walls; None of anything else."""
+    """Return the module of the law of a sort of walls, or of hosts' flow; None of anything else."""
     name = getattr(sort, "__module__", "")
-    return sys.modules[name] if name.startswith(LAWS) else None
+    return sys.modules[name] if name.startswith(CHOSEN) else None
 
 
 def says(part: object, word: str) -> bool:

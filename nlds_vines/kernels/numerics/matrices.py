@@ -77,18 +77,26 @@ def balance(a):
 
 
 @jit
-def reflect(a, k, x, y, z):
-    """Reflect rows and columns k, k + 1, k + 2 by the map of (x, y, z) to a multiple of (1, 0, 0).
+def reflect(a, k, u, size):
+    """Reflect `size` rows and columns from k on by the map of u to a multiple of (1, 0, 0 ...).
 
-    From both sides, so that the eigenvalues stay; z is 0 if there is no row k + 2.
+    From both sides, so that the eigenvalues stay. u (size or more,) is overwritten.
     """
-    if y == 0.0 and z == 0.0:
+    most, others, square = abs(u[0]), 0.0, 0.0
+    for i in range(1, size):
+        others = max(others, abs(u[i]))
+    if others == 0.0:
         return
-    most = max(abs(x), max(abs(y), abs(z)))
-    x, y, z = x / most, y / most, z / most
-    length = math.sqrt(x * x + y * y + z * z)
-    x += length if x >= 0.0 else -length
-    u, p, size = (x, y, z), 2.0 / (x * x + y * y + z * z), min(3, len(a) - k)
+    most = max(most, others)
+    for i in range(size):
+        u[i] /= most
+        square += u[i] * u[i]
+    length = math.sqrt(square)
+    u[0] += length if u[0] >= 0.0 else -length
+    square = 0.0
+    for i in range(size):
+        square += u[i] * u[i]
+    p = 2.0 / square
     for j in range(len(a)):
         s = 0.0
         for i in range(size):
@@ -104,10 +112,16 @@ def reflect(a, k, x, y, z):
 
 
 @jit
-def make_hessenberg(a, low, last):
-    """Reduce the rows `low` to `last`, four at most, to Hessenberg form."""
+def make_hessenberg(a, low, last, u, most):
+    """Reduce the rows `low` to `last` to Hessenberg form; u: scratch.
+
+    most: how many numbers below the diagonal a column may have.
+    """
     for k in range(low, last - 1):
-        reflect(a, k + 1, a[k + 1, k], a[k + 2, k], a[k + 3, k] if k + 3 <= last else 0.0)
+        size = min(most, last - k)
+        for i in range(size):
+            u[i] = a[k + 1 + i, k]
+        reflect(a, k + 1, u, size)
         for i in range(k + 2, last + 1):
             a[i, k] = 0.0
 
@@ -126,7 +140,7 @@ def first_of_block(a, last):
 
 
 @jit
-def francis_step(a, low, last, odd):
+def francis_step(a, low, last, odd, u):
     """Apply one implicit double shift to the rows `low` to `last`; `odd` shifts break cycles."""
     total = a[last - 1, last - 1] + a[last, last]
     product = a[last - 1, last - 1] * a[last, last] - a[last - 1, last] * a[last, last - 1]
@@ -137,8 +151,9 @@ def francis_step(a, low, last, odd):
     x += product - total * a[low, low]
     y = a[low + 1, low] * (a[low, low] + a[low + 1, low + 1] - total)
     z = a[low + 1, low] * a[low + 2, low + 1]
-    reflect(a, low, x, y, z)
-    make_hessenberg(a, low, last)
+    u[0], u[1], u[2] = x, y, z
+    reflect(a, low, u, 3)
+    make_hessenberg(a, low, last, u, 3)
 
 
 @jit
@@ -155,7 +170,7 @@ def pair_of_roots(a, b, c, d):
 
 @jit
 def eigenvalues(matrix):
-    """Return the eigenvalues (n, 2) of a matrix (n, n), n <= 4: real and imaginary parts.
+    """Return the eigenvalues (n, 2) of a matrix (n, n): real and imaginary parts.
 
     By falling modulus, of a complex pair the one with im > 0 first; NaN if the matrix is not
     finite.
@@ -165,7 +180,8 @@ def eigenvalues(matrix):
     if math.isnan(a[0, 0]):
         return roots
     balance(a)
-    make_hessenberg(a, 0, len(a) - 1)
+    u = np.zeros(max(len(a), 3))
+    make_hessenberg(a, 0, len(a) - 1, u, len(a))
     last, steps = len(a) - 1, 0
     while last >= 0:
         low = first_of_block(a, last)
@@ -174,7 +190,7 @@ def eigenvalues(matrix):
                 roots[:] = np.nan
                 return roots
             steps += 1
-            francis_step(a, low, last, steps % 10 == 0)
+            francis_step(a, low, last, steps % 10 == 0, u)
             continue
         if low == last:
             roots[last, RE], roots[last, IM] = a[last, last], 0.0

@@ -5,6 +5,9 @@ equation needs no jumps there: variations are propagated by exact matrices in fl
 linearized contact in between (`inside`, or `taylor` for a stepped one). The derivative over n
 periods is the monodromy matrix of an nT orbit. Its determinant is exp(n T tr A) for every orbit, if
 contacts dissipate nothing.
+
+Kernels marked `by_flow` are those for one structure and one damper. Hosts have their own, of the
+same names (`hosts.host_space`); all others serve states of any size.
 """
 
 from __future__ import annotations
@@ -19,8 +22,8 @@ from ..motion.flight import Grid
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a, says
 from ..numerics.elementary import log
-from ..numerics.fours import four, four_at, put_four, sum_of
 from ..numerics.matrices import solve
+from ..scene.by_law import by_flow
 from ..scene.codes import OK
 from ..scene.law import SHRUNK
 from ..scene.scene import Ground, OrbitBuffers, Prepared, Span, Structure, scale_of
@@ -50,6 +53,7 @@ class Flow(NamedTuple):
 
 TOGETHER = 4  # most periods that are advanced in one call
 LEFT_OVER = 1.0e-13  # share of a length that is round-off
+BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
 MUCH = 4.0  # ratio of squared lengths, before and after a projection, that asks for another one
 
 
@@ -66,7 +70,7 @@ def flow_of(prepared, exact_grid):
     )  # fmt: skip
 
 
-@jit
+@by_flow
 def advance_flow(flow, section, periods, tangent, state):
     """Advance `state` (STATE_SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
@@ -95,7 +99,7 @@ def advance_flow(flow, section, periods, tangent, state):
     return status
 
 
-@jit
+@by_flow
 def run_on(flow, section, periods, state):
     """Advance `state` (STATE_SIZE,) without variations by so many periods; return a status.
 
@@ -110,7 +114,30 @@ def no_section(space):
     return np.empty((0, space.size))
 
 
-@jit
+@by_flow
+def width_of(space):
+    """Return how many numbers a state at a section and a variation have; beyond `size` zeros."""
+    return 4
+
+
+@by_flow
+def column_of(space, i):
+    """Return the column of displacement i in the sections of a record."""
+    return 2 * i
+
+
+@by_flow
+def duration_of(flow):
+    """Return the period [s]."""
+    return flow.exact_grid.h * flow.exact_grid.n
+
+
+@by_flow
+def has_walls(flow):
+    return flow.prepared.scratch is not None
+
+
+@by_flow
 def place_state(flow, y, state):
     """Set `state` (STATE_SIZE,) to y (4,) at a section, in flight or inside a contact."""
     state[:] = 0.0
@@ -121,54 +148,77 @@ def place_state(flow, y, state):
 
 
 @jit
-def set_identity(tangent):
+def set_identity(tangent, width=4):
     tangent[:] = 0.0
-    for i in range(0, 16, 5):
+    for i in range(0, width * width, width + 1):
         tangent[i] = 1.0
 
 
-@jit
+@by_flow
 def norm(space, x):
     """Return the energy norm sqrt(2 E) of a state or of a difference of states."""
     return scale_of(space.ps, space.damper, x[0], x[1], x[2], x[3])
 
 
-@jit
+@by_flow
 def distance(space, x, y):
     return scale_of(space.ps, space.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
 
 
+@by_flow
+def blur_of(space):
+    """Return the round-off of an r computed from x1 - x2 of a section, in the energy norm."""
+    return scale_of(space.ps, space.damper, 0.0, 0.0, BLUR * space.rest, 0.0)
+
+
+@jit
+def product_of(x, i, j, width):
+    """Return the sum of products of the numbers of a row from i and from j on, in four sums."""
+    a = b = c = d = 0.0
+    for k in range(0, width - 3, 4):
+        a += x[i + k] * x[j + k]
+        b += x[i + k + 1] * x[j + k + 1]
+        c += x[i + k + 2] * x[j + k + 2]
+        d += x[i + k + 3] * x[j + k + 3]
+    for k in range(width - width % 4, width):
+        a += x[i + k] * x[j + k]
+    return (a + c) + (b + d)
+
+
 @jit
 def orthonormalize(tangent, size, growth, lost=0.0):
-    """Make the first `size` variations orthonormal (Gram and Schmidt), and add to growth (4,).
+    """Make the first `size` variations orthonormal (Gram and Schmidt), and add to growth (width,).
 
     The logarithms of their lengths are added: the sums are the exponents times the time. A
     variation whose squared length falls by more than a factor MUCH is projected again. One whose
     length falls below `lost` of what it was becomes zero, and its growth -inf.
     """
-    for i in range(size):
-        x, stretched, before = four_at(tangent, 4 * i), 1.0, math.inf
+    width = len(growth)
+    for at in range(0, size * width, width):
+        stretched, before = 1.0, math.inf
         while before > MUCH:
-            square = sum_of(x * x)
-            for j in range(i):
-                y = four_at(tangent, 4 * j)
-                x = x - sum_of(x * y) * y
-            left = sum_of(x * x)
+            square = product_of(tangent, at, at, width)
+            for other in range(0, at, width):
+                along = product_of(tangent, at, other, width)
+                for c in range(width):
+                    tangent[at + c] -= along * tangent[other + c]
+            left = product_of(tangent, at, at, width)
             if left <= lost * lost * square:
-                x, stretched = four(0.0), 0.0
+                tangent[at : at + width] = 0.0
+                stretched = 0.0
                 break
             before = square / left
             length = math.sqrt(left)
             stretched *= length
-            x = x / length
-        put_four(tangent, 4 * i, x)
-        growth[i] += log(stretched)
+            for c in range(width):
+                tangent[at + c] /= length
+        growth[at // width] += log(stretched)
 
 
-@jit
-def lost_of(near, far):
+@by_flow
+def lost_of(flow):
     """Return LEFT_OVER if a damper may stick, which loses directions, otherwise 0."""
-    if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
+    if says(flow.prepared.near, "AT_ONCE") or says(flow.prepared.far, "AT_ONCE"):
         return LEFT_OVER
     return 0.0
 
@@ -183,7 +233,7 @@ def shrinks(wall):
     return wall.damping is not None
 
 
-@jit
+@by_flow
 def shrunk_in_contacts(flow, y, n):
     """Return the logarithm of the factor by which contacts shrink volumes in n periods from y.
 
@@ -193,7 +243,7 @@ def shrunk_in_contacts(flow, y, n):
         return 0.0
     if not (shrinks(flow.prepared.near) or shrinks(flow.prepared.far)):
         return 0.0
-    state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
+    state, tangent, k = state_for(flow), np.zeros(16), flow.prepared.scratch
     place_state(flow, y, state)
     k[SHRUNK] = 0.0
     for p in range(0, n, TOGETHER):
@@ -206,6 +256,12 @@ def shrunk_in_contacts(flow, y, n):
 @jit
 def new_state():
     return np.zeros(STATE_SIZE)
+
+
+@by_flow
+def state_for(flow):
+    """Return room for the states that a flow advances."""
+    return new_state()
 
 
 # --------------------------------------------------------------------------------------------------
@@ -226,11 +282,11 @@ SAME_POINT = 1.0e-8  # relative distance of two section points that are equal
 def trace_cycle(flow, y, points, counts, tangent, state):
     """Follow an orbit from y for n periods; fill `tangent` with its monodromy matrix.
 
-    Fills points (n, 4) with the sections and counts (2,) with the impacts by wall. Returns (status,
-    smallest clearance [m], slowest impact [m/s]).
+    Fills points (n, width) with the sections and `counts` with the impacts by wall. Returns
+    (status, smallest clearance [m], slowest impact [m/s]).
     """
     place_state(flow, y, state)
-    set_identity(tangent)
+    set_identity(tangent, points.shape[1])
     counts[:] = 0
     flow.clearance[0], flow.slowest[0] = np.inf, np.inf
     nothing = no_section(flow.space)
@@ -238,19 +294,19 @@ def trace_cycle(flow, y, points, counts, tangent, state):
         status = advance_flow(flow, nothing, 1, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
-        for i in range(4):
+        for i in range(points.shape[1]):
             points[p, i] = state[i]
-        for wall in range(2):
+        for wall in range(len(counts)):
             counts[wall] += flow.by_period[0, wall]
     return OK, flow.clearance[0], flow.slowest[0]
 
 
 @jit
-def matrix_of(tangent, size):
+def matrix_of(tangent, size, width=4):
     matrix = np.empty((size, size))
     for column in range(size):
         for row in range(size):
-            matrix[row, column] = tangent[4 * column + row]
+            matrix[row, column] = tangent[width * column + row]
     return matrix
 
 
@@ -266,8 +322,8 @@ def span_of(space, points):
 @jit
 def newton_step(space, tangent, image, y):
     """Return the step (I - M)^-1 (image - y), M in `tangent`; its first number NaN if singular."""
-    size = space.size
-    matrix, right = matrix_of(tangent, size), np.zeros((4, 1))
+    size, width = space.size, width_of(space)
+    matrix, right = matrix_of(tangent, size, width), np.zeros((width, 1))
     for i in range(size):  # written out: expressions of arrays take long to compile
         right[i, 0] = image[i] - y[i]
         for j in range(size):
@@ -279,14 +335,14 @@ def newton_step(space, tangent, image, y):
 
 @jit
 def polish(flow, y, points, counts, tangent, longest=np.inf):
-    """Move y (4,) onto an orbit of n = len(points) periods by Newton's method.
+    """Move y (width,) onto an orbit of n = len(points) periods by Newton's method.
 
     A step is `newton_step`, M the monodromy matrix, and at most `longest` in norm.
     Returns (residual, clearance [m], slowest impact [m/s]). The residual is the energy norm of
     image - y, relative to `span_of`; inf if the method does not converge. The other arguments are
     filled as by `trace_cycle`.
     """
-    state, before = new_state(), np.inf
+    state, before = state_for(flow), np.inf
     for _ in range(MOST_ITERATIONS):
         status, clearance, slowest = trace_cycle(flow, y, points, counts, tangent, state)
         if status != OK:

@@ -3,7 +3,8 @@
 A kernel marked `by_wall` is the general one. If the file of a law (`laws`) has a kernel of the same
 name, that one is called for walls of this law; the wall is the first argument, or its field `wall`.
 The choice is made when the caller is compiled. A law contains only the kernels in which it differs,
-and no other module names it.
+and no other module names it. Kernels marked `by_flow` give way in the same manner to those for
+hosts, in `hosts.host_space`: their first argument is a flow or its state space.
 """
 
 from __future__ import annotations
@@ -73,3 +74,6 @@ def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False)
         return function(*arguments) if kernel is None else kernel(*arguments)
 
     return chosen
+
+
+by_flow = by_wall

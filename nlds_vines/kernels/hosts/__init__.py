@@ -2,13 +2,14 @@
 
 In reading order:
 
-    modes          the modes of a host, without LAPACK
-    body           the linear system, and its motion over a short time
-    grid           the tables of its flight: propagators, and bounds that certify touches
-    walls          walls of all laws, and the state of those in contact
-    host_flight    from a state to the next touch
-    host_contact   from touch to release, several walls at once
-    host_orbit     the time loop
+    modes            the modes of a host, without LAPACK
+    body             the linear system, and its motion over a short time
+    grid             the tables of its flight: propagators, and bounds that certify touches
+    walls            walls of all laws, and the state and the forces of those in contact
+    host_flight      from a state to the next touch
+    host_variations  derivatives in flight, in contacts, and where the motion jumps
+    host_contact     from touch to release, several walls at once
+    host_orbit       the time loop, and the flow from section to section
 
 The state is y = (X, V): the amplitudes of the host's modes, with a modal mass of 1 kg, and the
 displacements of the dampers' masses [m]; then their rates. A link is a damper: its spring and

@@ -50,6 +50,14 @@ from ..scene.law import (
 from ..watch.touch import AT_R, first_touch, tightened
 from .body import accelerate, along, differentiate, move, push_link
 from .host_flight import LOST_TOUCH, drive_of
+from .host_variations import (
+    remember,
+    vary_after_impact,
+    vary_at_impact,
+    vary_jump,
+    vary_shortly,
+    vary_step,
+)
 from .walls import (
     FAST,
     IS_RIGID,
@@ -408,8 +416,9 @@ def bare_impacts(impacts):
 
 
 @jit
-def begin(body, walls, contacts, impacts, wall, time, y):
+def begin(host, varied, wall, time, y):
     """Add a wall that is touched at `time` [s] to those in contact, and begin its row."""
+    body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
     active, row = contacts.active, impacts.filled[0]
     _, s = along(body, walls.links[wall], y, 0)
     contacts.rows[wall] = row
@@ -424,19 +433,23 @@ def begin(body, walls, contacts, impacts, wall, time, y):
     active[0] += 1
     active[active[0]] = wall
     contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
+    if varied is not None:
+        vary_jump(body, walls, contacts, varied, wall, 1.0)
 
 
 @jit
-def strike(host, wall, time, drive, y):
+def strike(host, varied, wall, time, drive, y):
     """Take the impact with a rigid wall, and with others that are touched at the same instant.
 
     By Newton's law for all at once: each s turns into -e s, and walls that hold keep s = 0. A wall
     holds from then on if rebounds from -e s end in rest within a negligible time.
     """
-    body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
+    body, walls, contacts = host.body, host.walls, host.contacts
     active, size, before = contacts.active, body.size, contacts.active[0]
     work, rate = host.scratch.work, host.grid.rate
-    begin(body, walls, contacts, impacts, wall, time, y)
+    if varied is not None:
+        remember(body, walls, contacts, varied, drive, y, work)
+    begin(host, varied, wall, time, y)
     for other in range(walls.number):
         r, s = along(body, walls.links[other], y, 0)
         r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
@@ -444,7 +457,7 @@ def strike(host, wall, time, drive, y):
         for c in range(active[0]):
             is_there = is_there and active[1 + c] != other
         if is_there and walls.law[other] == IS_RIGID:
-            begin(body, walls, contacts, impacts, other, time, y)
+            begin(host, varied, other, time, y)
     # at rest on all of them
     for i in range(size):
         work[size + i], work[2 * size + i] = y[size + i], y[size + i]
@@ -465,18 +478,25 @@ def strike(host, wall, time, drive, y):
     for i in range(size):
         y[size + i] = work[2 * size + i]
     hold(body, walls, contacts, size, y, contacts.rebounds)
+    if varied is not None:
+        vary_at_impact(body, walls, contacts, varied, wall)
     for c in range(struck - 1, before - 1, -1):
         if contacts.pushes[active[1 + c]] == 0.0:
-            release(body, walls, contacts, impacts, 1 + c, time, y)
+            release(host, varied, 1 + c, time, y)
     for other in range(walls.number):
         contacts.rebounds[other] = 0.0
+    if varied is not None:
+        vary_after_impact(body, walls, contacts, varied, drive, y, work)
 
 
 @jit
-def release(body, walls, contacts, impacts, place, time, y):
+def release(host, varied, place, time, y):
     """Remove the wall at a place of `active`, and put the state back on it."""
+    body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
     active = contacts.active
     wall = active[place]
+    if varied is not None and contacts.pushes[wall] == 1.0:
+        vary_jump(body, walls, contacts, varied, wall, -1.0)
     for c in range(place, active[0]):
         active[c] = active[c + 1]
     active[0] -= 1
@@ -601,11 +621,12 @@ def first_event(body, walls, contacts, h, table):
 
 
 @jit
-def follow(host, begun, y):
+def follow(host, varied, begun, y):
     """Follow the walls in contact until the last one is released, or to cell `stop`.
 
-    begun: (j, x, `stop`, time [s] of the period's beginning); y: the state, advanced in place.
-    Returns (j, x), or (LOST_TOUCH, x) if an event is lost or there are too many steps.
+    varied: `Varied` or None; begun: (j, x, `stop`, time [s] of the period's beginning); y: the
+    state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an event is lost or there are
+    too many steps.
     """
     body, grid, walls, contacts, impacts, scratch = host
     (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
@@ -619,13 +640,16 @@ def follow(host, begun, y):
         if step == MOST_STEPS - 1:
             return LOST_TOUCH, x
         drive_of(grid, j, x + elapsed / grid.h, drive)
-        elapsed += leave_at_rest(body, walls, contacts, drive, left - elapsed, rate, y, work)
+        took = leave_at_rest(body, walls, contacts, drive, left - elapsed, rate, y, work)
+        elapsed += took
+        if varied is not None and took > 0.0:
+            vary_shortly(body, varied, took, work)
         if not elapsed < left:
             return stop, 0.0
         longest = guess_of(body, walls, contacts, drive, rate, y, work)
         if not longest < math.inf:  # without speed and pushed off: the contacts are over
             while active[0] > 0:
-                release(body, walls, contacts, impacts, 1, touched_at + elapsed, y)
+                release(host, varied, 1, touched_at + elapsed, y)
             break
         unit = power_of_two(min(max(exponent_of(longest), LEAST_UNIT), LARGEST_UNIT))
         contacts.unit[0] = unit
@@ -648,6 +672,8 @@ def follow(host, begun, y):
                 break
             h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
         note_step(walls, contacts, impacts, h)
+        if varied is not None:
+            vary_step(body, walls, contacts, varied, (first + OF_TOTAL, width), h)
         for i in range(2 * size):
             y[i] = contacts.end[i]
         for c in range(active[0]):
@@ -661,14 +687,14 @@ def follow(host, begun, y):
         if event == TOUCHED:
             drive_of(grid, j, x + elapsed / grid.h, drive)
             if walls.law[place] == IS_RIGID:
-                strike(host, place, time, drive, y)
+                strike(host, varied, place, time, drive, y)
             else:
-                begin(body, walls, contacts, impacts, place, time, y)
+                begin(host, varied, place, time, y)
         elif event == SWITCHES:
             wall = active[place]
             contacts.pushes[wall] = 1.0 - contacts.pushes[wall]
         elif place > 0:
-            release(body, walls, contacts, impacts, place, time, y)
+            release(host, varied, place, time, y)
         if stopped:
             return stop, 0.0
     at = x + elapsed / grid.h

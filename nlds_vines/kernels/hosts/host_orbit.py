@@ -22,6 +22,7 @@ from .body import along, bare_body
 from .grid import bare_host_grid, host_grid
 from .host_contact import Impacts, PreparedHost, bare_impacts, begin, follow, put_on, strike
 from .host_flight import FLOWN, LOST_TOUCH, Scratch, bare_scratch, drive_of, fly
+from .host_variations import bare_varied, varied_of, vary_flight, vary_on_hold
 from .walls import IS_RIGID, bare_contacts, bare_walls, hold, outward_at, push_all, start_of
 
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
@@ -155,12 +156,15 @@ def place_host_state(flow, y, state):
     read_contacts(walls, contacts, bare_state, 2 * size)
     active = contacts.active
     for wall in range(walls.number):
-        r, _ = along(body, walls.links[wall], bare_state, 0)
-        depth = walls.signs[wall] * r - walls.gaps[wall]
+        r, s = along(body, walls.links[wall], bare_state, 0)
+        depth, m = walls.signs[wall] * r - walls.gaps[wall], 3 * wall
         if depth > 0.0 and walls.law[wall] != IS_RIGID:
             active[0] += 1
             active[active[0]] = wall
-            _, contacts.q[wall] = start_of(walls, wall, 0.0, depth)
+            _, q = start_of(walls, wall, 0.0, depth)
+            margin = walls.margins[m] + walls.margins[m + 1] * q
+            margin += walls.margins[m + 2] * walls.signs[wall] * s
+            contacts.q[wall], contacts.pushes[wall] = q, 1.0 if margin > 0.0 else 0.0
     for wall in range(walls.number):
         if walls.law[wall] != IS_RIGID:
             continue
@@ -190,7 +194,7 @@ def run_host(body, walls, contacts, span, state, section, impacts):
         return status
     whole = new_host_state(flow)
     place_host_state(flow, state, whole)
-    status = loop(bare_host(flow.host), span, bare(whole), section)
+    status = loop(bare_host(flow.host), None, span, bare(whole), section)
     for i in range(flow.space.size):
         state[i] = whole[i]
     return status
@@ -202,11 +206,32 @@ def run_on_host(flow, rows, periods, state):
 
     rows: rows for the sections, as far as there is room.
     """
-    return loop(bare_host(flow.host), Span(0, periods, 1), bare(state), rows)
+    return loop(bare_host(flow.host), None, Span(0, periods, 1), bare(state), rows)
 
 
 @jit
-def loop(host, span, state, section):
+def advance_host(flow, rows, periods, tangent, state):
+    """Advance `state` and N variations `tangent` (N * N,) by up to TOGETHER periods.
+
+    The orbit is that of `run_on_host`, to the last bit. Variation c is tangent[N c : N c + N].
+    Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
+    values of all calls. Returns a status.
+    """
+    host, whole = bare_host(flow.host), varied_of(flow.host.body, tangent)
+    varied, counts, status = bare_varied(whole), flow.host.impacts.counts, OK
+    read_contacts(host.walls, host.contacts, bare(state), flow.space.size)
+    vary_on_hold(host.body, host.walls, host.contacts, varied, host.scratch.work)
+    for p in range(periods):
+        counts[:] = 0
+        status = loop(host, varied, Span(0, 1, 1), bare(state), rows[p:])
+        if status != OK:
+            break
+        flow.by_period[p] = counts
+    return status
+
+
+@jit
+def loop(host, varied, span, state, section):
     body, grid, walls, contacts, impacts, scratch = host
     size, period, y = body.size, grid.h * grid.cells, state
     read_contacts(walls, contacts, state, 2 * size)
@@ -221,20 +246,22 @@ def loop(host, span, state, section):
             stop = grid.cells // span.stops * (part + 1)
             while j < stop:
                 if contacts.active[0] == 0:
-                    wall, j, x = fly(body, grid, walls, scratch, (j, x), stop, y)
+                    begun = j, x
+                    wall, j, x = fly(body, grid, walls, scratch, begun, stop, y)
                     if wall == LOST_TOUCH or touches > MOST_TOUCHES:
                         return STEP_BUDGET
+                    if varied is not None:
+                        vary_flight(body, grid, scratch, varied, begun, (j, x))
                     if wall == FLOWN:
                         break
                     touches += 1
                     time = p * period + (j + x) * grid.h
                     if walls.law[wall] == IS_RIGID:
                         drive_of(grid, j, x, scratch.drive)
-                        strike(host, wall, time, scratch.drive, y)
+                        strike(host, varied, wall, time, scratch.drive, y)
                     else:
-                        begin(body, walls, contacts, impacts, wall, time, y)
-                begun = j, x, stop, p * period
-                j, x = follow(host, begun, y)
+                        begin(host, varied, wall, time, y)
+                j, x = follow(host, varied, (j, x, stop, p * period), y)
                 if j == LOST_TOUCH:
                     return STEP_BUDGET
             row = span.stops * (p - span.first) + part

@@ -24,13 +24,17 @@ from ..scene.law import (
     AT_S,
     COLUMNS,
     DEPTH,
+    DRAG,
     ELASTIC,
     SCRATCH,
     SERIES,
+    STEEP,
+    STIFF,
     WEIGHT,
     contact_terms,
     damped_term,
     depth_of,
+    drag_term,
     faint,
     force_of,
     made,
@@ -38,6 +42,7 @@ from ..scene.law import (
     rate_of_q,
     reach_of,
     root_of,
+    steep_term,
     turn_of,
     weight_of,
 )
@@ -143,6 +148,21 @@ def fill_wall(wall, k, n):
     return wall.K * damped_term(wall, k, int(ELASTIC), n), rate_of_q(wall, 1.0)
 
 
+@jit
+def steepen_wall(wall, k, n):
+    """Fill coefficient n of the derivatives of a wall's force by its depth and by its speed."""
+    row = SERIES + COLUMNS * n
+    if says(wall, "LINEAR"):
+        k[row + STIFF], k[row + DRAG] = (wall.kc, wall.cc) if n == 0 else (0.0, 0.0)
+        return
+    k[row + STEEP] = steep_term(wall, k, n)
+    k[row + STIFF] = damped_term(wall, k, int(STEEP), n)
+    if wall.damping is None:
+        k[row + DRAG] = 0.0
+    else:
+        k[row + DRAG] = drag_term(wall, k, n)
+
+
 class Seen(NamedTuple):
     """A wall in contact at an instant."""
 
@@ -197,6 +217,19 @@ def fill(walls, wall, k, n):
     if law == IS_PULLING:
         result = fill_wall(wall_of(laws.pulling, walls, wall), k, n)
     return result
+
+
+@jit
+def steepen(walls, wall, k, n):
+    laws, law = walls.laws, walls.law[wall]
+    if law == IS_HERTZ:
+        steepen_wall(wall_of(laws.hertz, walls, wall), k, n)
+    if law == IS_POWER:
+        steepen_wall(wall_of(laws.power, walls, wall), k, n)
+    if law == IS_DAMPED:
+        steepen_wall(wall_of(laws.damped, walls, wall), k, n)
+    if law in (IS_SPRING, IS_PULLING):
+        steepen_wall(wall_of(laws.linear, walls, wall), k, n)
 
 
 @jit

@@ -1,0 +1,212 @@
+"""Variations of a host's orbit: in flight, in stepped contacts, and where the motion jumps.
+
+A variation (dX, dV) is the derivative of a state at a fixed time. In flight it moves as the host
+does without a force. In a step of a contact
+
+    d(dX)/dtheta = w dV      d(dV)/dtheta = w (linear part - sum of answers (F_z dr + F_s ds))
+
+with the orbit's dt = w dtheta, so that the derivatives F_z and F_s of a wall's force have series in
+theta, and each variation follows by one linear recursion. Where the field or the state jumps, a
+variation meets the wall later by t0 = -dz / s: the motion before carries it there, the impact acts,
+and the motion after carries it back (a saltation matrix). This is so at rigid walls, and where a
+wall with a dashpot is touched, or a joint that may pull is released, whose force jumps by cc s.
+
+Rigid walls that hold keep dr = ds = 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..numerics.compiling import jit
+from ..numerics.fours import bare, from_place
+from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
+from .body import accelerate, along, move, push_link
+from .host_flight import advance
+from .walls import IS_PULLING, IS_RIGID, IS_SPRING, hold, push_all, scratch_of, steepen
+
+VARIED_S = VARIED + 1  # column of ds of the variation under way; VARIED is that of dr
+
+
+class Varied(NamedTuple):
+    """Variations and scratch for them; each array is one row, in inner kernels a bare row."""
+
+    rows: Any  # (N * N,) one variation after the other
+    series: Any  # (HIGHEST + 1) powers of 3 size numbers: dX, dV and the accelerations
+    free: Any  # (drives,) zeros: a variation has no force
+    before: Any  # (2 size,) V and V' of the orbit before an impact
+    late: Any  # (N,) t0 of the variations [s]
+
+
+@jit
+def varied_of(body, tangent):
+    N = 2 * body.size
+    series = np.zeros(3 * body.size * (HIGHEST + 1))
+    return Varied(tangent, series, np.zeros(body.drives), np.zeros(N), np.zeros(N))
+
+
+@jit
+def bare_varied(v):
+    return Varied(bare(v.rows), bare(v.series), bare(v.free), bare(v.before), bare(v.late))
+
+
+# ---- flight --------------------------------------------------------------------------------------
+
+
+@jit
+def vary_shortly(body, varied, time, work):
+    for c in range(2 * body.size):
+        move(body, varied.free, time, from_place(varied.rows, 2 * body.size * c), work)
+
+
+@jit
+def vary_flight(body, grid, scratch, varied, begun, ended):
+    """Carry variations along a flight from one (cell, place) to another, by the coarsest cells."""
+    (j, x), (last, end), N = begun, ended, 2 * body.size
+    if x > 0.0:
+        share = (end if j == last else 1.0) - x
+        vary_shortly(body, varied, share * grid.h, scratch.work)
+        if j == last:
+            return
+        j += 1
+    while j < last:
+        level, cells = 0, 1 << grid.levels
+        while j & (cells - 1) != 0 or j + cells > last:
+            level, cells = level + 1, cells >> 1
+        for c in range(N):
+            row = from_place(varied.rows, N * c)
+            advance(body, grid, level, varied.free, row, scratch.end)
+            for i in range(N):
+                row[i] = scratch.end[i]
+        j += cells
+    if end > 0.0:
+        vary_shortly(body, varied, end * grid.h, scratch.work)
+
+
+# ---- contacts ------------------------------------------------------------------------------------
+
+
+@jit
+def vary_step(body, walls, contacts, varied, weights, x):
+    """Carry variations through a step to theta = x units.
+
+    weights: (place of the coefficient 0 of w in the series of contacts, distance of the next one).
+    """
+    active, S, size = contacts.active, varied.series, body.size
+    width, (total, far) = 3 * size, weights
+    for c in range(active[0]):
+        for n in range(HIGHEST):
+            steepen(walls, active[1 + c], scratch_of(contacts, active[1 + c]), n)
+    for column in range(2 * size):
+        y = from_place(varied.rows, 2 * size * column)
+        for i in range(2 * size):
+            S[i] = y[i]
+        for n in range(HIGHEST):
+            row, at = width * n, SERIES + COLUMNS * n
+            accelerate(body, S, row, 0.0, S, row + 2 * size)
+            for c in range(active[0]):
+                wall = active[1 + c]
+                if walls.law[wall] == IS_RIGID:
+                    continue
+                k, link = scratch_of(contacts, wall), walls.links[wall]
+                k[at + VARIED], k[at + VARIED_S] = along(body, link, S, row)
+                force = product(k, int(STIFF), int(VARIED), n)
+                force += product(k, int(DRAG), int(VARIED_S), n)
+                push_link(body, link, force * contacts.pushes[wall], S, row + 2 * size)
+            hold(body, walls, contacts, row + 2 * size, S, contacts.still)
+            after, per = row + width, contacts.unit[0] / (n + 1.0)
+            for i in range(2 * size):
+                S[after + i] = 0.0
+            for m in range(n + 1):
+                weight, other = per * contacts.series[total + far * m], width * (n - m) + size
+                if weight != 0.0:
+                    for i in range(2 * size):
+                        S[after + i] += weight * S[other + i]
+        for i in range(2 * size):
+            y[i] = S[width * HIGHEST + i]
+        for n in range(HIGHEST - 1, -1, -1):
+            for i in range(2 * size):
+                y[i] = y[i] * x + S[width * n + i]
+
+
+# ---- jumps ---------------------------------------------------------------------------------------
+
+
+@jit
+def vary_jump(body, walls, contacts, varied, wall, direction):
+    """Apply the jump cc s of a linear wall's force: `direction` 1 at touch, -1 at release."""
+    if walls.law[wall] not in (IS_SPRING, IS_PULLING):
+        return
+    N, size, link = 2 * body.size, body.size, walls.links[wall]
+    for c in range(N):
+        r, _ = along(body, link, varied.rows, N * c)
+        force = direction * walls.constants[wall].cc * r
+        push_link(body, link, force, varied.rows, N * c + size)
+        hold(body, walls, contacts, N * c + size, varied.rows, contacts.still)
+
+
+@jit
+def remember(body, walls, contacts, varied, drive, y, work):
+    """Keep the orbit's velocities and accelerations before an impact."""
+    push_all(body, walls, contacts, drive, y, work)
+    for i in range(body.size):
+        varied.before[i], varied.before[body.size + i] = y[body.size + i], work[i]
+
+
+@jit
+def vary_at_impact(body, walls, contacts, varied, wall):
+    """Carry variations to a rigid wall that is struck, and through the impact.
+
+    If several walls are struck at once, whose order a variation may change, they are struck at the
+    time of the first.
+    """
+    N, size, before, link = 2 * body.size, body.size, varied.before, walls.links[wall]
+    s = 0.0
+    for i in range(size):
+        s += body.rows[link * size + i] * before[i]
+    for c in range(N):
+        r, _ = along(body, link, varied.rows, N * c)
+        late = -r / s if s != 0.0 else 0.0
+        varied.late[c] = late
+        for i in range(N):
+            varied.rows[N * c + i] += late * before[i]
+        hold(body, walls, contacts, N * c + size, varied.rows, contacts.rebounds)
+
+
+@jit
+def vary_after_impact(body, walls, contacts, varied, drive, y, work):
+    """Carry variations back along the motion after an impact."""
+    N, size = 2 * body.size, body.size
+    push_all(body, walls, contacts, drive, y, work)
+    for c in range(N):
+        late = varied.late[c]
+        for i in range(size):
+            varied.rows[N * c + i] -= late * y[size + i]
+            varied.rows[N * c + size + i] -= late * work[i]
+    vary_on_hold(body, walls, contacts, varied, work)
+
+
+@jit
+def vary_on_hold(body, walls, contacts, varied, work):
+    """Project variations onto the motions that rigid walls in contact leave.
+
+    A displaced mass falls back to its wall while momentum is conserved. On its way dashpots act on
+    the change of the displacements.
+    """
+    active, size, N, rows, is_held = contacts.active, body.size, 2 * body.size, varied.rows, False
+    for c in range(active[0]):
+        is_held = is_held or walls.law[active[1 + c]] == IS_RIGID
+    if not is_held:
+        return
+    for c in range(N):
+        for i in range(size):
+            work[i], work[size + i] = 0.0, -rows[N * c + i]
+        hold(body, walls, contacts, N * c, rows, contacts.still)
+        for i in range(size):
+            work[size + i] += rows[N * c + i]
+        accelerate(body, work, 0, 0.0, work, 2 * size)
+        for i in range(size):
+            rows[N * c + size + i] += work[2 * size + i]
+        hold(body, walls, contacts, N * c + size, rows, contacts.still)

@@ -10,6 +10,7 @@ In reading order:
     host_variations  derivatives in flight, in contacts, and where the motion jumps
     host_contact     from touch to release, several walls at once
     host_orbit       the time loop, and the flow from section to section
+    host_load        loads in time: the same over cells of a load
 
 The state is y = (X, V): the amplitudes of the host's modes, with a modal mass of 1 kg, and the
 displacements of the dampers' masses [m]; then their rates. A link is a damper: its spring and

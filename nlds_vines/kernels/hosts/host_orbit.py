@@ -232,38 +232,19 @@ def advance_host(flow, rows, periods, tangent, state):
 
 @jit
 def loop(host, varied, span, state, section):
-    body, grid, walls, contacts, impacts, scratch = host
-    size, period, y = body.size, grid.h * grid.cells, state
+    grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
+    size, period, y = host.body.size, grid.h * grid.cells, state
     read_contacts(walls, contacts, state, 2 * size)
     for p in range(span.first + span.periods):
-        touches = 0
         if p == span.first:  # impacts that have begun before are not recorded
             impacts.filled[0] = 0
             for wall in range(walls.number):
                 contacts.rows[wall] = -1
         for part in range(span.stops):
-            j, x = grid.cells // span.stops * part, 0.0
-            stop = grid.cells // span.stops * (part + 1)
-            while j < stop:
-                if contacts.active[0] == 0:
-                    begun = j, x
-                    wall, j, x = fly(body, grid, walls, scratch, begun, stop, y)
-                    if wall == LOST_TOUCH or touches > MOST_TOUCHES:
-                        return STEP_BUDGET
-                    if varied is not None:
-                        vary_flight(body, grid, scratch, varied, begun, (j, x))
-                    if wall == FLOWN:
-                        break
-                    touches += 1
-                    time = p * period + (j + x) * grid.h
-                    if walls.law[wall] == IS_RIGID:
-                        drive_of(grid, j, x, scratch.drive)
-                        strike(host, varied, wall, time, scratch.drive, y)
-                    else:
-                        begin(host, varied, wall, time, y)
-                j, x = follow(host, varied, (j, x, stop, p * period), y)
-                if j == LOST_TOUCH:
-                    return STEP_BUDGET
+            cells = grid.cells // span.stops
+            status = run_part(host, varied, cells * part, cells * (part + 1), p * period, y)
+            if status != OK:
+                return status
             row = span.stops * (p - span.first) + part
             if 0 <= row < len(section):
                 for i in range(2 * size):
@@ -274,4 +255,32 @@ def loop(host, varied, span, state, section):
         if not total < HUGE:
             return DIVERGED
     write_contacts(walls, contacts, state, 2 * size)
+    return OK
+
+
+@jit
+def run_part(host, varied, first, stop, origin, y):
+    """Advance y from smallest cell `first` to `stop` of a period that begins at `origin` [s]."""
+    body, grid, walls, contacts, _, scratch = host
+    (j, x), touches = (first, 0.0), 0
+    while j < stop:
+        if contacts.active[0] == 0:
+            begun = j, x
+            wall, j, x = fly(body, grid, walls, scratch, begun, stop, y)
+            if wall == LOST_TOUCH or touches > MOST_TOUCHES:
+                return STEP_BUDGET
+            if varied is not None:
+                vary_flight(body, grid, scratch, varied, begun, (j, x))
+            if wall == FLOWN:
+                return OK
+            touches += 1
+            time = origin + (j + x) * grid.h
+            if walls.law[wall] == IS_RIGID:
+                drive_of(grid, j, x, scratch.drive)
+                strike(host, varied, wall, time, scratch.drive, y)
+            else:
+                begin(host, varied, wall, time, y)
+        j, x = follow(host, varied, (j, x, stop, origin), y)
+        if j == LOST_TOUCH:
+            return STEP_BUDGET
     return OK

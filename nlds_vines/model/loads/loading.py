@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, at, number
+from nlds_vines.errors import RequestError, at, number, string
 from nlds_vines.model.loads.courses import (
     REACH,
     TERMS,
@@ -107,6 +107,13 @@ def _loads(kind: str, words: str) -> Any:
     return setting((), Checked(check), "load", words)
 
 
+def _places(value: object) -> str | Mapping[str, float]:
+    """Return the degree of freedom that forces act on, or the factors of several by name."""
+    if isinstance(value, Mapping) and value:
+        return {str(dof): number(f"on.{dof}", factor) for dof, factor in value.items()}
+    return string("on", value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Loading:
     """A sum of loads: forces on m1, or accelerations of the ground, to which x is relative."""
@@ -121,6 +128,11 @@ class Loading:
     )  # fmt: skip
     scale: float = setting(
         1.0, Real(-1e9, 1e9), "load", "factor of all loads but the harmonic force",
+    )  # fmt: skip
+    on: str | Mapping[str, float] | None = setting(
+        None, Checked(_places), "load",
+        "degree of freedom of a host that forces act on; or several with factors, "
+        "`{ roof = 1.0, floor2 = 0.5 }`", "DOF",
     )  # fmt: skip
     blow: tuple[Blow, ...] = _loads("blow", "an impulse, or several")
     half_sine: tuple[Course, ...] = _loads("half_sine", "a pulse F sin(pi t / length)")

@@ -1,0 +1,105 @@
+"""Orbits of hosts under loads in time: forces on degrees of freedom, or motion of the ground."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, table
+from nlds_vines.kernels.hosts.host_contact import ROW_OF_IMPACT, Impacts
+from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
+from nlds_vines.kernels.motion.flight import REACH
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.loads.loading import Cells, Loading, Struck
+from nlds_vines.orbits.host_orbits import HostOrbits
+
+NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
+
+
+class LoadedOrbit(NamedTuple):
+    """An orbit under a load."""
+
+    status: int
+    edges: np.ndarray  # (n,) times [s]
+    states: np.ndarray  # (n, components) [m, m/s]
+    accelerations: np.ndarray  # (n, coordinates and masses) relative to the ground [m/s^2]
+    loads: np.ndarray  # (n,) the force on a dof of factor 1 [N], or minus the ground's acceleration
+    impacts: np.ndarray  # of dtype `host_orbits.IMPACT`
+
+
+def loaded(system: HostSystem, load: Loading) -> HostSystem:
+    """Return the system with the forces of a load of 1 N, or of a ground that accelerates by -1.
+
+    Raises `RequestError` if the load's degrees of freedom are missing, or unknown.
+    """
+    if load.shaken:
+        if load.on is not None:
+            raise RequestError("on: the loads move the ground, they act on no degree of freedom")
+        return replace(system, force=MappingProxyType({}), acceleration=-1.0)
+    dofs, on = system.host.dofs, load.on
+    if on is None:
+        if len(dofs) > 1:
+            raise RequestError(
+                f"[load]: on is missing, the degree of freedom of the force; allowed: {dofs}"
+            )
+        on = dofs[0]
+    factors = {on: 1.0} if isinstance(on, str) else dict(on)
+    table("on", factors, dofs)
+    return replace(system, force=MappingProxyType(factors), acceleration=0.0)
+
+
+def cells_of(
+    system: HostSystem, load: Loading, duration: float, marks: np.ndarray
+) -> tuple[Cells, int]:
+    """Return a load on a host in cells, with edges at `marks` [s], and its number of drives.
+
+    A cell has at most `REACH` at the rate of the second slowest motion; the kernels halve it for
+    faster ones.
+    """
+    own = [damper.k / damper.m for damper in system.dampers if damper.m]
+    rates = np.sort(np.concatenate([system.host.frequencies[:2], np.sqrt(own)]))
+    rates = rates[rates > 0.0]
+    reach = duration
+    if rates.size:
+        # rounded down by up to an eighth: eigenvalues by LAPACK differ in their last bits
+        mantissa, exponent = np.frexp(REACH / min(rates[min(1, rates.size - 1)], 2.0 * rates[0]))
+        reach = float(np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent))
+    cells = load.cells(Struck(1.0), duration, reach, marks)
+    sizes = np.abs(cells.rows).max(axis=0)
+    degree = int(np.flatnonzero(sizes > NEGLIGIBLE * sizes.max())[-1]) if sizes.any() else 0
+    return cells, max(2, 2 * (degree // 2 + 1))
+
+
+def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarray) -> LoadedOrbit:
+    """Integrate an orbit of a `loaded` system from a kernels' state on, which is advanced."""
+    (cells, drives), size, start = in_cells, orbits.size, state.copy()
+    orbits.body = orbits.body._replace(drives=drives, paces=np.zeros(drives))
+    edges, jumps = cells.edges, cells.jumps
+    rows = np.zeros((len(cells.rows), max(drives, cells.rows.shape[1])))
+    rows[:, : cells.rows.shape[1]] = cells.rows
+    rows = np.ascontiguousarray(rows[:, :drives])
+    load = HostLoad(edges, rows.ravel(), np.zeros(len(edges)) if jumps is None else jumps)
+    section, room = np.zeros((len(edges), 3 * size)), 1024
+    while True:
+        counts = np.zeros(orbits.walls.number, np.int64)
+        data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
+        impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
+        code = run_host_under(
+            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts
+        )
+        if code != OK or filled[0] <= room:
+            break
+        room, state[:] = int(filled[0]), start
+    accelerations = np.hstack([section[:, 2 * size :]] * 2)
+    return LoadedOrbit(
+        code,
+        edges,
+        orbits.states(section[:, : 2 * size]),
+        orbits.states(accelerations)[:, ::2],
+        np.append(rows[:, 0], rows[-1].sum()),
+        orbits.table_of(impacts),
+    )

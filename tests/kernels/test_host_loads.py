@@ -1,0 +1,174 @@
+"""Hosts under loads in time: against exponentials, SciPy, harmonic orbits and closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.integrate import solve_ivp
+
+import nlds_vines as nv
+from nlds_vines.model.loads.courses import Rectangular, Tone
+from nlds_vines.model.loads.loading import Blow, Loading
+from nlds_vines.model.loads.record import Record
+from nlds_vines.orbits.host_loads import cells_of, follow_load, loaded
+from nlds_vines.orbits.host_orbits import HostOrbits
+from tests.kernels.test_hosts import matrices_of, random_system
+
+pytestmark = pytest.mark.kernels
+
+
+def orbit_under(system, load, duration, *, marks=(), start=None, tolerance=1e-12):
+    on = loaded(system, load)
+    orbits = HostOrbits(on, tolerance)
+    cells = cells_of(system, load, duration, np.array(marks))
+    orbit = follow_load(orbits, cells, orbits.start(start))
+    assert orbit.status == 0
+    return orbit, cells[0]
+
+
+def random_record(rng, step, count, **options):
+    values = np.append(np.cumsum(rng.normal(size=count - 1)), 0.0)
+    return Record(times=tuple(step * np.arange(count)), values=tuple(values), **options)
+
+
+@pytest.mark.parametrize("unit", ["N", "m/s^2"])
+def test_a_linear_host_moves_under_a_record_as_by_the_exponential_of_each_step(unit):
+    """With coupled modes, a pause after the record, and for forces two blows."""
+    rng = np.random.default_rng(3)
+    chain = nv.chain([1.0, 2.0, 2.0, 1.0], [4.0, 3.0, 5.0, 3.0], dofs=["a", "b", "c", "d"])
+    host = nv.Host(chain.M, chain.K, 0.1 * np.diag([1.0, 0.0, 0.0, 2.0]), dofs=chain.dofs)
+    damper = nv.Damper("u", "b", m=0.5, k=0.7, c=0.2)
+    system = nv.System.from_host(host, [damper], force={"a": 0.0}, omega=1.3)
+    record = random_record(rng, 0.25, 30, unit=unit, at=0.5)
+    blows = () if unit != "N" else (Blow(impulse=2.0, at=1.5), Blow(impulse=-1.0, at=9.1))
+    on = {"on": {"a": 1.0, "c": -0.5}} if blows else {}
+    load = Loading(record=(record,), blow=blows, **on)
+    orbit, cells = orbit_under(system, load, 12.0)
+    M, C, K, _, _ = matrices_of(system)
+    A = np.block([[np.zeros((5, 5)), np.eye(5)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    push = np.linalg.solve(M, [1.0, 0.0, -0.5, 0.0, 0.0]) if blows else -np.ones(5)
+    times, values = 0.5 + np.array(record.times), np.array(record.values)
+    full = np.zeros((12, 12))
+    full[:10, :10], full[5:10, 10], full[10, 11] = A, push, 1.0
+    y = np.zeros(10)
+    for i, (begin, end) in enumerate(zip(cells.edges[:-1], cells.edges[1:], strict=True)):
+        y[5:] += sum(b.impulse for b in blows if abs(b.at - begin) < 1e-12) * push
+        now = np.concatenate([orbit.states[i, ::2], orbit.states[i, 1::2]])
+        assert now == pytest.approx(y, abs=1e-12)
+        middle = 0.5 * (begin + end)
+        inside = times[0] < middle < times[-1]
+        f0, f1 = np.interp([begin, end], times, values) if inside else (0.0, 0.0)
+        assert orbit.accelerations[i] == pytest.approx(A[5:] @ y + push * f0, abs=1e-11)
+        step = end - begin
+        y = (scipy.linalg.expm(full * step) @ np.concatenate([y, [f0, (f1 - f0) / step]]))[:10]
+    assert orbit.edges[-1] == 12.0
+    assert np.abs(y).max() > 0.1
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 5])
+def test_random_hosts_with_walls_move_under_a_record_as_by_scipy(seed):
+    system = random_system(seed)
+    M, C, K, force, rows = matrices_of(system)
+    duration, rng = 3 * system.period, np.random.default_rng(seed)
+    record = random_record(rng, duration / 40, 36)
+    record = replace(
+        record, values=tuple(2 * np.array(record.values) / np.abs(record.values).max())
+    )
+    orbit, cells = orbit_under(system, Loading(record=(record,), on=dict(system.force)), duration)
+    walls = [
+        ((1 if wall.side == "+" else -1) * row, wall)
+        for row, damper in zip(rows, system.dampers, strict=True)
+        for wall in damper.walls
+    ]
+    size, inverse = len(M), np.linalg.inv(M)
+
+    def rates(t, y):
+        total = force * np.interp(t, record.times, record.values, right=0.0)
+        total = total - K @ y[:size] - C @ y[size:]
+        for row, wall in walls:
+            z = max(row @ y[:size] - wall.gap, 0.0)
+            total -= row * wall.constants["K"] * z ** wall.constants.get("exponent", 1.5)
+        return np.concatenate([y[size:], inverse @ total])
+
+    y, depth = np.zeros(2 * size), 0.0
+    for begin, end in zip(cells.edges[:-1], cells.edges[1:], strict=True):
+        piece = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-11, atol=1e-14)
+        y = piece.y[:, -1]
+        depth = max([depth, *(np.max(row @ piece.y[:size] - wall.gap) for row, wall in walls)])
+    last = np.concatenate([orbit.states[-1, ::2], orbit.states[-1, 1::2]])
+    assert last == pytest.approx(y, abs=1e-6 * np.abs(y).max())
+    assert (len(orbit.impacts) > 0) == (depth > 1e-9)
+    if len(orbit.impacts):
+        assert orbit.impacts["depth"].max() == pytest.approx(depth, rel=0.1)
+
+
+def test_a_tone_is_the_harmonic_force_of_a_system():
+    """Its cells have polynomials of a degree of about ten; a frame's high modes halve them."""
+    frame = nv.shear_frame([1e4] * 6, [8e6] * 6, ratio=0.02)
+    walls = [nv.Wall(0.01, side, K=1e8) for side in "+-"]
+    system = nv.System.from_host(
+        frame, [nv.Damper("a", "roof", m=900.0, k=100.0, walls=walls)],
+        force={"roof": 2500.0}, omega=float(frame.frequencies[0]),
+    )  # fmt: skip
+    harmonic = nv.simulate(system, 8, tolerance=1e-12, quiet=True)
+    load = Loading(tone=(Tone(amplitude=2500.0, omega=system.omega),), on="roof")
+    marks = system.period * np.arange(1, 8)
+    orbit, cells = orbit_under(system, load, 8 * system.period, marks=marks)
+    places = np.searchsorted(orbit.edges, np.append(marks, cells.edges[-1]) * (1 - 1e-14))
+    assert np.abs(cells.rows[:, 5]).max() > 0
+    assert orbit.states[places] == pytest.approx(harmonic.section, rel=1e-8, abs=1e-10)
+    assert len(orbit.impacts) == len(harmonic.impacts) > 4
+    for column in ("touch", "release", "speed", "force"):
+        assert orbit.impacts[column] == pytest.approx(harmonic.impacts[column], rel=1e-8)
+
+
+@pytest.mark.parametrize("impulse", [-3.0, 3.0])
+def test_a_blow_leaves_or_strikes_a_rigid_wall_that_holds(impulse):
+    """A mass of 2 kg is pressed on a wall at x = 0 by 4 N, and struck at 1 s."""
+    host = nv.Host([[2.0]], [[0.0]], dofs=["x"])
+    wall = nv.Wall(0.0, law="restitution", e=0.5)
+    damper = nv.Damper("stop", ("x", "ground"), walls=[wall])
+    system = nv.System.from_host(host, [damper], force={"x": 0.0}, omega=1.0)
+    press = Rectangular(peak=4.0, length=10.0)
+    load = Loading(rectangular=(press,), blow=(Blow(impulse=impulse, at=1.0),))
+    orbit, _ = orbit_under(system, load, 1.5)
+    speed = impulse / 2 if impulse < 0 else -0.5 * impulse / 2
+    before = orbit.edges < 1.0
+    assert np.all(orbit.states[before] == 0.0)
+    assert np.all(orbit.accelerations[before] == 0.0)
+    x, v = 0.5 * speed + 0.125 * 2.0, speed + 0.5 * 2.0
+    assert orbit.states[-1] == pytest.approx([x, v], abs=1e-13)
+    assert orbit.impacts["touch"].tolist() == ([] if impulse < 0 else [1.0])
+
+
+def test_cells_of_other_lengths_give_the_same_orbit_and_complete_impacts():
+    system = random_system(4)
+    record = random_record(np.random.default_rng(1), 0.05, 30)
+    load = Loading(record=(record,), on="roof", scale=2.0 * system.force["roof"])
+    plain, _ = orbit_under(system, load, 2.0)
+    marks = np.cumsum(np.random.default_rng(2).uniform(0.005, 0.05, 60))
+    other, _ = orbit_under(system, load, 2.0, marks=marks[marks < 1.99])
+    assert len(plain.impacts) == len(other.impacts) > 3
+    for column in ("touch", "release", "speed", "force", "depth"):
+        assert other.impacts[column] == pytest.approx(plain.impacts[column], rel=1e-6, nan_ok=True)
+    assert other.states[-1] == pytest.approx(plain.states[-1], rel=1e-6, abs=1e-9)
+    assert math.isfinite(np.nanmax(plain.impacts["release"]))
+
+
+@pytest.mark.parametrize(
+    ("load", "message"),
+    [
+        (Loading(impulse=1.0), "on is missing, the degree of freedom"),
+        (Loading(impulse=1.0, on="rooof"), "did you mean 'roof'"),
+        (Loading(record=(random_record(np.random.default_rng(1), 0.1, 9, unit="g"),), on="roof"),
+         "on: the loads move the ground"),
+    ],
+)  # fmt: skip
+def test_loads_that_act_nowhere_are_refused_in_one_line(load, message):
+    frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+    system = nv.System.from_host(frame, [], force={"roof": 1.0}, omega=1.0)
+    with pytest.raises(nv.RequestError, match=message) as refused:
+        loaded(system, load)
+    assert "\n" not in str(refused.value)

@@ -17,7 +17,7 @@ from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, at, from_text, shown, whole
-from nlds_vines.model.catalog import load_system
+from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def system_of(options: Any) -> System:
     settings = SET.read(options.set)["set"] if SET.read else {}
     if options.scan is None:
         with at("--system"):
-            system = load_system(options.system or _DEFAULT)
+            system = as_system(options.system or _DEFAULT)
         with at("--set"):
             return system.with_(**settings)
     if options.system is not None:

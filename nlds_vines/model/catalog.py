@@ -11,6 +11,7 @@ from typing import Any
 
 from nlds_vines.archives.files import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table
+from nlds_vines.model.host_system import HostSystem, host_system_from
 from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -24,6 +25,7 @@ _SYSTEM_KEYS = (
 )  # fmt: skip
 # the source of a force of 0 N, and of its frequency, in a system for loads in time
 _NOT_GIVEN = "not given: there is no harmonic force"
+AnySystem = System | HostSystem
 _CLONE = Path(__file__).resolve().parents[2]
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}  # others: `scans`
 
@@ -52,7 +54,7 @@ def catalog() -> Mapping[str, System]:
     return systems
 
 
-def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
+def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> Any:
     """Return a system of the catalog, or one from a TOML file.
 
     Parameters
@@ -62,12 +64,12 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
         a scan file `system` and `[set]` are read.
     **overrides
         Parameters in SI units and ratios, as `System.with_` takes them; also `law`, with its
-        constants.
+        constants.  Those of a host as `HostSystem.with_` takes them.
 
     Returns
     -------
-    System
-        The system.
+    System or HostSystem
+        The system; a `HostSystem` of a file with kind = "host".
 
     Raises
     ------
@@ -81,13 +83,15 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | st
     >>> system.parameters["omega"], system.parameters["e"]
     (7.45, 0.7)
     """
-    return as_system(name_or_path).with_(**overrides)
+    return any_system(name_or_path).with_(**overrides)
 
 
-def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
-    """Return a `System` as it is, otherwise that of a catalog name or a TOML file."""
-    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
-        return system_from(source)
+def any_system(
+    source: AnySystem | str | os.PathLike[str], *, needs_force: bool = True
+) -> AnySystem:
+    """Return a system as it is, otherwise that of a catalog name or a TOML file."""
+    if isinstance(source, AnySystem) or (isinstance(source, str) and not looks_like_path(source)):
+        return any_system_from(source)
     if not isinstance(source, str | os.PathLike):
         raise RequestError(
             f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
@@ -97,9 +101,23 @@ def as_system(source: System | str | os.PathLike[str], *, needs_force: bool = Tr
     document = read_toml(request_path(source))
     with at(path):
         table("the file", document, FILE_KEYS)
-        system = system_from(document.get("system"), path, needs_force=needs_force)
+        system = any_system_from(document.get("system"), path, needs_force=needs_force)
         with at("[set]"):
             return system.with_(**table("set", document.get("set", {})))
+
+
+def as_system(source: AnySystem | str | os.PathLike[str], *, needs_force: bool = True) -> System:
+    """Return `any_system`; refuse a host."""
+    return without_hosts(any_system(source, needs_force=needs_force))
+
+
+def without_hosts(system: AnySystem) -> System:
+    """Return a system of one structure and one damper; raise `RequestError` for a host."""
+    if isinstance(system, HostSystem):
+        raise RequestError(
+            f"kind {system.kind!r} is not possible here; allowed: {', '.join(SCENES)}"
+        )
+    return system
 
 
 def looks_like_path(text: str) -> bool:
@@ -107,12 +125,17 @@ def looks_like_path(text: str) -> bool:
 
 
 def system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
-    """Return the system of the entry `system` of a request file: a name, a `System`, or a table.
+    """Return `any_system_from`; refuse a host."""
+    return without_hosts(any_system_from(value, name, needs_force=needs_force))
+
+
+def any_system_from(value: object, name: str = "", *, needs_force: bool = True) -> AnySystem:
+    """Return the system of the entry `system` of a request file: a name, a system, or a table.
 
     A table gets the default `name`.  With `needs_force` it must have amplitude and frequency of the
     harmonic force; a load in time needs none, and `refuse_without_force` refuses them elsewhere.
     """
-    if isinstance(value, System):
+    if isinstance(value, AnySystem):
         return value
     if isinstance(value, str):
         return catalog()[choice("system", value, catalog())]
@@ -124,8 +147,10 @@ def system_from(value: object, name: str = "", *, needs_force: bool = True) -> S
         )
     with at("[system]"):
         if "kind" not in value:
-            raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
-        kind = choice("kind", value["kind"], SCENES)
+            raise RequestError(f"kind is missing; allowed: {', '.join((*SCENES, HostSystem.kind))}")
+        kind = choice("kind", value["kind"], (*SCENES, HostSystem.kind))
+        if kind == HostSystem.kind:
+            return host_system_from(value, name, needs_force=needs_force)
         contact, law = _contact(value, "contact", "law", HERTZ.name)
         second, law_2 = _contact(value, "contact_2", "law_2", "")
         # a parameter of another kind is refused by `System`, whose message names that parameter

@@ -6,9 +6,11 @@ the static response of chosen degrees of freedom; ready-made frames, beams and c
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ from nlds_vines.errors import (
     choice,
     number,
     shown,
+    string,
     table,
     whole,
 )
@@ -127,13 +130,13 @@ class Host(Outlined):
         moved = np.ones(n) if influence is None else _vector("influence", influence)
         if moved.shape != (n,):
             raise RequestError(f"influence has {moved.size} values for {n} degrees of freedom")
-        # sums of dense rows are rounded once: the same bits on every processor
-        self.inertia = (
-            np.array([math.fsum(row) for row in self.M * moved]) if is_dense else self.M @ moved
-        )
+        self._shake(moved)
         self.note, self.is_plain = "", True
-        self._moved = moved
-        self.ratio = None if ratio is None else _vector("ratio", np.atleast_1d(ratio), least=0.0)
+        self.ratio = (
+            None
+            if ratio is None
+            else _vector("ratio", ratio if np.ndim(ratio) else [ratio], least=0.0)
+        )
         if rayleigh is not None:
             values = _vector("rayleigh", rayleigh, least=0.0)
             if values.size != 2:
@@ -142,6 +145,16 @@ class Host(Outlined):
         self._refuse_signs()
         if is_dense:
             self._complete()
+
+    def _shake(self, moved: np.ndarray) -> None:
+        """Set the displacements of the degrees of freedom when the ground moves by 1."""
+        self._moved = moved
+        # sums of dense rows are rounded once: the same bits on every processor
+        self.inertia = (
+            self.M @ moved
+            if scipy.sparse.issparse(self.M)
+            else np.array([math.fsum(row) for row in self.M * moved])
+        )
 
     def _refuse_signs(self) -> None:
         """Refuse a mass that is not positive, and a negative stiffness or damping."""
@@ -190,6 +203,25 @@ class Host(Outlined):
         ratios = np.asarray(self.ratio, dtype=float)
         missing = max(0, squares.size - ratios.size)
         return 2 * np.pad(ratios, (0, missing), "edge")[: squares.size] * np.sqrt(squares)
+
+    def _in_modes(
+        self,
+        dofs: Sequence[str],
+        shape: np.ndarray,
+        inertia: np.ndarray,
+        moved: np.ndarray,
+        note: str = "",
+    ) -> Host:
+        """Make the coordinates those of modes, from which `shape` leads to degrees of freedom."""
+        sizes, count = (*shape.shape, len(inertia), len(moved)), len(self.K)
+        if sizes != (len(shape), count, count, len(shape)):
+            raise RequestError(
+                f"shape {shape.shape}, inertia ({len(inertia)}) and influence ({len(moved)}) do "
+                f"not fit {count} modes"
+            )
+        self.dofs, self.shape, self.inertia = _names(dofs, len(shape)), shape, inertia
+        self._moved, self.note, self.is_plain = moved, note, False
+        return self
 
     @classmethod
     def from_modes(cls, modes: Sequence[Mapping[str, Any]], *, dofs: Sequence[str] = ()) -> Host:
@@ -240,11 +272,9 @@ class Host(Outlined):
         rows.sort(key=lambda row: row[0])
         rates = np.array([row[0] for row in rows])
         host = cls(np.eye(len(rows)), np.diag(rates**2), ratio=[row[1] for row in rows])
-        host.dofs = _names(tuple(names), len(names))
-        host.shape = np.array([[row[2].get(name, 0.0) for row in rows] for name in names])
-        host.inertia = np.array([number("participation", row[3]) for row in rows])
-        host.is_plain, host._moved = False, np.ones(len(names))
-        return host
+        shape = np.array([[row[2].get(name, 0.0) for row in rows] for name in names])
+        inertia = np.array([number("participation", row[3]) for row in rows])
+        return host._in_modes(tuple(names), shape, inertia, np.ones(len(names)))
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], **options: Any) -> Host:
@@ -473,11 +503,9 @@ class Host(Outlined):
         V = span @ turned
         C = None if self.C is None or self.ratio is not None else V.T @ (self.C @ V)
         host = Host(np.eye(V.shape[1]), np.diag(reduced_squares), C, ratio=self.ratio)
-        host.dofs, host.shape, host.inertia = self.dofs, self.shape @ V, V.T @ self.inertia
-        host.is_plain, host._moved = False, self._moved
         names = ", ".join(statics)
-        host.note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
-        return host
+        note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
+        return host._in_modes(self.dofs, self.shape @ V, V.T @ self.inertia, self._moved, note=note)
 
     def frequency_response(
         self,
@@ -575,7 +603,7 @@ def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options
     >>> frame.dofs, (frame.frequencies / 6.2831853).round(2)
     (('floor1', 'floor2', 'roof'), array([2.  , 5.61, 8.11]))
     """
-    floors = [f"floor{i + 1}" for i in range(len(masses) - 1)]
+    floors = [f"floor{i + 1}" for i in range(np.size(masses) - 1)]
     return chain(masses, stiffnesses, **{"dofs": [*floors, "roof"], **options})
 
 
@@ -707,6 +735,118 @@ def beam(
         influence=1.0 - free % 2,
         **options,
     )
+
+
+# ---- the table [system.host] of a request file ---------------------------------------------------
+
+_READY: Mapping[str, Any] = {make.__name__: make for make in (shear_frame, beam, chain)}
+_OPTIONS = ("ratio", "rayleigh", "dofs", "influence")
+_REDUCTION = ("keep", "below", "statics")
+_KEYS = {  # of the table of a host, by the key that says where it comes from
+    "file": ("file", *_OPTIONS, *_REDUCTION),
+    "M": ("M", "K", "C", *_OPTIONS, *_REDUCTION),
+    "modes": ("modes", "dofs", *_REDUCTION),
+    "shear_frame": ("shear_frame", "ratio", "rayleigh", "dofs", *_REDUCTION),
+    "beam": ("beam", "ratio", "rayleigh", *_REDUCTION),
+    "chain": ("chain", *_OPTIONS, *_REDUCTION),
+    "shape": ("shape", "K", "C", "ratio", "dofs", "influence", "inertia", "note"),
+}
+
+
+def host_from(entry: Mapping[str, Any], statics: Sequence[str] = ()) -> Host:
+    """Return the host of a table; a reduction keeps by default the static response of `statics`."""
+    table("host", entry, dict.fromkeys(key for keys in _KEYS.values() for key in keys))
+    sources = ["shape"] if "shape" in entry else [key for key in _KEYS if key in entry]
+    if len(sources) != 1:
+        raise RequestError(
+            f"{' beside '.join(sources) or 'no host'}: give one of {', '.join(_KEYS)}"
+        )
+    host = _from_source(sources[0], table(sources[0], entry, _KEYS[sources[0]]))
+    if "keep" in entry or "below" in entry:
+        return host.reduced(
+            entry.get("keep"), below=entry.get("below"), statics=entry.get("statics", statics)
+        )
+    if "statics" in entry:
+        raise RequestError("statics without a reduction: give keep or below")
+    return host
+
+
+def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
+    """Return the host of a table before its reduction; `source`: one of `_KEYS`."""
+    options = {key: entry[key] for key in entry if key in _OPTIONS}
+    if source == "file":
+        return Host.from_file(string("file", entry["file"]), **options)
+    if source == "modes":
+        return Host.from_modes(entry["modes"], **options)
+    if source in _READY:
+        with at(source):
+            arguments = [*signature(_READY[source]).parameters.values()][:-1]
+            values = table(source, entry[source], [one.name for one in arguments])
+            for one in arguments:
+                if one.default is one.empty and one.name not in values:
+                    raise RequestError(f"{one.name} is missing")
+            host: Host = _READY[source](**values, **options)
+            return host
+    matrices = {key: _rows(key, entry[key]) for key in ("M", "K", "C") if key in entry}
+    for name in ("K",) if source == "M" else ("K", "inertia", "dofs"):
+        if name not in entry:
+            raise RequestError(f"{name} is missing beside {source}")
+    if source == "M":
+        return Host(**matrices, **options)
+    shape, inertia = _rows("shape", entry["shape"]), _vector("inertia", entry["inertia"])
+    moved = _vector("influence", entry.get("influence", np.ones(len(shape))))
+    host = Host(np.eye(len(matrices["K"])), **matrices, ratio=entry.get("ratio"))
+    return host._in_modes(entry["dofs"], shape, inertia, moved, entry.get("note", ""))
+
+
+def table_of(host: Host) -> dict[str, Any]:
+    """Return the table that describes exactly a host, by its matrices or by its modes."""
+    if scipy.sparse.issparse(host.M):
+        raise RequestError(f"a host of {len(host.inertia)} coordinates is too large for a file")
+    values: dict[str, Any] = {"M": _listed(host.M)} if host.is_plain else {}
+    values["K"], C = _listed(host.K), np.asarray(host.C)
+    if host.ratio is not None:
+        values["ratio"] = host.ratio.tolist()
+    elif C.any():
+        values["C"] = _listed(C)
+    values |= {"dofs": list(host.dofs), "influence": host._moved.tolist()}
+    if not host.is_plain:
+        values |= {"inertia": host.inertia.tolist(), "shape": host.shape.tolist()}
+        values["note"] = host.note
+    return values
+
+
+def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
+    """Return a host whose degrees of freedom move by `influence` when the ground moves by 1."""
+    table("influence", influence, host.dofs)
+    if not host.is_plain:
+        raise RequestError(
+            "influence: the coordinates are modes; state it where the host is made, "
+            "nv.Host(..., influence=[...])"
+        )
+    values = {dof: number(f"influence.{dof}", factor) for dof, factor in influence.items()}
+    host = copy.copy(host)
+    host._shake(np.array([values.get(dof, 0.0) for dof in host.dofs]))
+    return host
+
+
+def _rows(name: str, value: Any) -> Any:
+    """Return a matrix of a file: rows, a diagonal, or a path."""
+    if isinstance(value, str):
+        return value
+    try:
+        matrix = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise RequestError(f"{name} = {shown(value)} must be rows of numbers") from None
+    return np.diag(matrix) if matrix.ndim == 1 else matrix
+
+
+def _listed(matrix: np.ndarray) -> list[Any]:
+    """Return the rows of a matrix, or its diagonal if there is nothing beside it."""
+    diagonal = matrix.diagonal()
+    has_others = np.count_nonzero(matrix) > np.count_nonzero(diagonal)
+    rows: list[Any] = (matrix if has_others else diagonal).tolist()
+    return rows
 
 
 def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,10 +19,10 @@ from nlds_vines.errors import (
     choice,
     number,
     shown,
+    string,
     table,
     unknown,
 )
-from nlds_vines.model.host import Host
 from nlds_vines.model.parameters import (
     DAMPING,
     DESCRIBED,
@@ -32,12 +32,16 @@ from nlds_vines.model.parameters import (
     LAWS,
     PARAMETERS,
     RESERVED,
-    SET_BY_USER,
     SIDES,
+    flat,
     hertz_stiffness,
     split_name,
 )
 
+if TYPE_CHECKING:
+    from nlds_vines.model.host import Host  # with SciPy
+
+ALL = "all"  # of the influence of the ground: that of the host
 PLACE = "attached_to"  # the key of a damper's place, which is no number
 
 
@@ -155,8 +159,8 @@ class Damper:
         if self.name in RESERVED:
             raise RequestError(f"name = {shown(self.name)} has another meaning: take another one")
         with at(f"damper {self.name!r}"):
-            has_mass = isinstance(self.attached_to, str)
-            if not has_mass and len(tuple(self.attached_to)) != 2:
+            has_mass, ends = isinstance(self.attached_to, str), self.attached_to
+            if not has_mass and not (isinstance(ends, Sequence) and len(ends) == 2):
                 raise RequestError(
                     f"attached_to = {shown(self.attached_to)} must be a degree of freedom or two"
                 )
@@ -183,30 +187,30 @@ class Damper:
             self.__dict__["walls"] = walls
 
     @property
+    def own(self) -> dict[str, float]:
+        """Its numbers m, k and c, without a mass k and c."""
+        values = {"k": float(self.k), "c": float(self.c)}
+        return values if self.m is None else {"m": float(self.m), **values}
+
+    @property
     def parameters(self) -> dict[str, float]:
         """The numbers by key: m, k, c; gap and constants, those of one wall as gap+ and K-."""
-        own = {"m": self.m, "k": self.k, "c": self.c}
-        values = {key: float(value) for key, value in own.items() if value is not None}
-        by_side = {wall.side: {"gap": wall.gap, **wall.statements} for wall in self.walls}
-        for key in dict.fromkeys(key for constants in by_side.values() for key in constants):
-            one, *others = (constants.get(key) for constants in by_side.values())
-            if one is not None and all(other == one for other in others):
-                values[key] = one
-            else:
-                of_walls = ((side, constants.get(key)) for side, constants in by_side.items())
-                values |= {key + side: value for side, value in of_walls if value is not None}
+        by_side = [(wall.side, {"gap": wall.gap, **wall.statements}) for wall in self.walls]
+        values = self.own
+        for key in dict.fromkeys(key for _, constants in by_side for key in constants):
+            present = {key + side: c[key] for side, c in by_side if key in c}
+            is_common = len(present) == len(by_side) and len({*present.values()}) == 1
+            values |= {key: next(iter(present.values()))} if is_common else present
         return values
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """The keys of `changed`, gap of all walls and gap+ of one alike."""
-        keys = (("gap", *LAWS[wall.law].allowed) for wall in self.walls)
-        of_walls = dict.fromkeys(key for names in keys for key in names)
-        by_side = (
-            key + wall.side for wall in self.walls for key in ("gap", *LAWS[wall.law].allowed)
-        )
-        own = ("k", "c") if self.m is None else ("m", "k", "c")
-        return (*own, *of_walls, *by_side)
+        """The keys of `changed`: gap of all walls before gap+ of one."""
+        of_walls = [
+            (key, wall.side) for wall in self.walls for key in ("gap", *LAWS[wall.law].allowed)
+        ]
+        keys = dict.fromkeys(key for key, _ in of_walls)
+        return (*self.own, *keys, *(key + side for key, side in of_walls))
 
     def changed(self, values: Mapping[str, Any]) -> Damper:
         """Return the damper with other numbers by key, or `attached_to` another place."""
@@ -249,8 +253,6 @@ class HostSystem(Outlined):
         Frequency [rad/s].
     name, title : str
         A name, by default "host", and one line that describes the system.
-    sources, assumptions : mapping of str to str
-        By parameter, the source of its value, and what had to be assumed for it.
     """
 
     host: Host
@@ -260,8 +262,6 @@ class HostSystem(Outlined):
     omega: float
     name: str = "host"
     title: str = ""
-    sources: Mapping[str, str] = field(default_factory=dict)
-    assumptions: Mapping[str, str] = field(default_factory=dict)
 
     kind = "host"
 
@@ -274,7 +274,7 @@ class HostSystem(Outlined):
         """Return the dampers, the force and the host's frequencies."""
         for damper in self.dampers:
             mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
-            place = _in_words(damper)
+            place = " and ".join(_ends(damper))
             yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
         force = numbers(self.force) or f"ground {self.acceleration:.6g} m/s^2"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
@@ -380,10 +380,7 @@ class HostSystem(Outlined):
         >>> system.with_(**{"cell.gap": 0.02, "f": 2.0}).parameters["cell.gap"]
         0.02
         """
-        values: dict[str, Any] = {}
-        for name, value in changes.items():
-            is_table = isinstance(value, Mapping)
-            values |= {f"{name}.{k}": v for k, v in value.items()} if is_table else {name: value}
+        values = flat(changes)
         self.refuse_twice(values)
         for name in values:
             if not name.endswith(f".{PLACE}"):
@@ -391,13 +388,7 @@ class HostSystem(Outlined):
                 DESCRIBED[name].check(values[name])
         system = self.with_values(values, values.values())
         check_places(self.host, system.dampers)
-        before = self.parameters
-        unchanged = {k for k, v in system.parameters.items() if before.get(k) == v}
-        sources = {name: text for name, text in self.sources.items() if name in unchanged}
-        assumed = {name: text for name, text in self.assumptions.items() if name in unchanged}
-        changed = [name for name in system.parameters if name not in unchanged]
-        sources |= dict.fromkeys(changed, SET_BY_USER)
-        return replace(system, sources=sources, assumptions=assumed)
+        return system
 
     def with_values(self, names: Iterable[str], values: Iterable[Any]) -> HostSystem:
         """Return the system with other numbers by names that `refuse_twice` allows.
@@ -428,6 +419,39 @@ class HostSystem(Outlined):
             omega=omega,
         )
 
+    def to_table(self) -> dict[str, Any]:
+        """Return the `[system]` table of a request file that describes exactly this system."""
+        from nlds_vines.model.host import table_of
+
+        dampers = [
+            {
+                "name": damper.name,
+                PLACE: ends if isinstance(ends := damper.attached_to, str) else list(ends),
+                **damper.own,
+                "walls": [
+                    {"gap": wall.gap, "side": wall.side, "law": wall.law, **wall.statements}
+                    for wall in damper.walls
+                ],
+            }
+            for damper in self.dampers
+        ]
+        drive: dict[str, Any] = {"omega": self.omega}
+        if self.force:
+            drive["at"] = dict(self.force)
+        else:
+            drive["base"] = {"acceleration": self.acceleration}
+        return {
+            "kind": self.kind,
+            **{key: getattr(self, key) for key in ("name", "title") if getattr(self, key)},
+            "host": table_of(self.host),
+            **({"dampers": dampers} if dampers else {}),
+            "force": drive,
+        }
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the table."""
+        return host_system_from, (self.to_table(),)
+
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
         """Return the attributes by which an archive describes the system [SI], without `varied`."""
         gone = {part for name in varied for part in (*self.parts(name), name)}
@@ -437,13 +461,12 @@ class HostSystem(Outlined):
             "kind": self.kind,
             "host": self.host.heading(),
             **values,
-            **{f"{damper.name}.{PLACE}": _in_words(damper) for damper in self.dampers},
+            **{f"{damper.name}.{PLACE}": " and ".join(_ends(damper)) for damper in self.dampers},
             **{
                 f"{damper.name}.law{wall.side}": wall.law
                 for damper in self.dampers
                 for wall in damper.walls
             },
-            **{f"assumption_{name}": text for name, text in self.assumptions.items()},
         }
 
     def rows(self) -> np.ndarray:
@@ -486,6 +509,8 @@ def system_from_host(
     omega: float,
 ) -> HostSystem:
     """Return the checked system; see `System.from_host`."""
+    from nlds_vines.model.host import Host, with_influence
+
     if not isinstance(host, Host):
         raise RequestError(f"host = {shown(host)} must be a Host")
     if number("omega", omega) <= 0:
@@ -495,7 +520,9 @@ def system_from_host(
     forces, acceleration = {}, 0.0
     if base is not None:
         table("base", base, ("influence", "acceleration"))
-        choice("influence", base.get("influence", "all"), ("all",))
+        influence = base.get("influence", ALL)
+        if influence != ALL:
+            host = with_influence(host, table("influence", influence))
         acceleration = number("acceleration", base.get("acceleration"))
     else:
         for dof, P in table("force", force, host.dofs).items():
@@ -504,6 +531,69 @@ def system_from_host(
     ordered = sorted(dampers, key=lambda damper: getattr(damper, "m", None) is None)
     check_places(host, ordered)
     return HostSystem(host, tuple(ordered), MappingProxyType(forces), acceleration, float(omega))
+
+
+def host_system_from(
+    entry: Mapping[str, Any], name: str = "", *, needs_force: bool = True
+) -> HostSystem:
+    """Return the system of a table `[system]` of kind "host", by default with a `name`."""
+    from nlds_vines.model.host import host_from
+
+    table("system", entry, _KEYS)
+    damper_entries, drive = entry.get("dampers", []), entry.get("force")
+    if not isinstance(damper_entries, list):
+        raise RequestError(f"dampers = {shown(damper_entries)} must be tables [[system.dampers]]")
+    dampers = []
+    for place, one in enumerate(damper_entries, start=1):
+        with at(f"[[system.dampers]] {place}"):
+            dampers.append(_damper_from(one))
+    if drive is None and needs_force:
+        raise RequestError("force is missing: give [system.force] with omega, and at or base")
+    if drive is None:
+        drive = {"base": {"acceleration": 0.0}, "omega": 1.0}
+    with at("[system.force]"):
+        drive = table("force", drive, ("at", "base", "omega", "f"))
+        if ("omega" in drive) == ("f" in drive):
+            raise RequestError("one of omega and f must be given")
+        rate = number("f", drive["f"]) * (2 * pi) if "f" in drive else drive["omega"]
+        forced = drive.get("at")
+    used = [end for damper in dampers for end in _ends(damper) if end != GROUND]
+    used += [dof for dof in forced or () if isinstance(forced, Mapping)]
+    with at("[system.host]"):
+        host = host_from(table("host", entry.get("host", {})), [*dict.fromkeys(used)])
+    system = system_from_host(host, dampers, forced, drive.get("base"), rate)
+    title, name = string("title", entry.get("title", "")), entry.get("name", name)
+    return replace(system, name=string("name", name) or system.name, title=title)
+
+
+_KEYS = ("kind", "name", "title", "host", "dampers", "force")
+_OF_LAWS = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.allowed))
+
+
+def _damper_from(entry: Any) -> Damper:
+    """Return the damper of a table, whose law and constants are those of walls without others."""
+    own = ("name", PLACE, "m", "k", "c")
+    values = table("a damper", entry, (*own, "walls", "law", *_OF_LAWS))
+    if missing := [key for key in own[:2] if key not in values]:
+        raise RequestError(f"{missing[0]} is missing")
+    law, walls = values.get("law", HERTZ.name), values.get("walls", [])
+    constants = {key: value for key, value in values.items() if key in _OF_LAWS}
+    if not isinstance(walls, list):
+        raise RequestError(f"walls = {shown(walls)} must be a list of tables")
+    made = []
+    for number_of_wall, wall in enumerate(walls, start=1):
+        with at(f"wall {number_of_wall}"):
+            given = table("a wall", wall, ("gap", "side", "law", *_OF_LAWS))
+            shared = constants if given.get("law", law) == law else {}
+            if "gap" not in given:
+                raise RequestError("gap is missing")
+            made.append(Wall(**{"law": law, **shared, **given}))
+    return Damper(**{key: values[key] for key in own if key in values}, walls=made)
+
+
+def _ends(damper: Damper) -> tuple[str, ...]:
+    ends = damper.attached_to
+    return (ends,) if isinstance(ends, str) else tuple(ends)
 
 
 def check_places(host: Host, dampers: Sequence[Damper]) -> None:
@@ -516,17 +606,10 @@ def check_places(host: Host, dampers: Sequence[Damper]) -> None:
             raise RequestError(f"damper {damper.name!r}: the name is taken")
         names.append(damper.name)
         with at(f"damper {damper.name!r}"):
-            ends = damper.attached_to
-            places = (ends,) if isinstance(ends, str) else tuple(ends)
-            for i, place in enumerate(places):
+            for i, place in enumerate(_ends(damper)):
                 choice("attached_to", place, (*host.dofs, GROUND) if i else host.dofs)
                 if place != GROUND and not np.any(host.row(place)):
                     raise RequestError(
                         f"no mode of the host moves {place!r}: keep more modes, or its static "
                         "response"
                     )
-
-
-def _in_words(damper: Damper) -> str:
-    ends = damper.attached_to
-    return ends if isinstance(ends, str) else " and ".join(ends)

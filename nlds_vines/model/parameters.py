@@ -274,8 +274,6 @@ RATIOS: Mapping[str, Parameter] = {
 }  # fmt: skip
 
 
-SET_BY_USER = "set by the user"  # the source of a changed parameter
-
 # ---- parameters of hosts: cell1.k, cell1.gap+, force.roof ----------------------------------------
 
 FORCE, GROUND = "force", "ground"
@@ -301,6 +299,20 @@ def split_name(name: str) -> tuple[str, str, str]:
     owner, _, key = name.partition(".")
     plain = key[:-1] if key[-1:] in SIDES and owner != FORCE else key
     return owner, plain, key[len(plain) :]
+
+
+def flat(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by name with those in a table of an owner, cell1 = { k = 300.0 }, as cell1.k.
+
+    A table of a kind's own parameter, P = { base_displacement = 0.1 }, stays.
+    """
+    result: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping) and name not in PARAMETERS:
+            result |= {f"{name}.{key}": inner for key, inner in value.items()}
+        else:
+            result[name] = value
+    return result
 
 
 @lru_cache(maxsize=4096)

@@ -33,11 +33,19 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.axis import Axis, Samples, samples_of
-from nlds_vines.model.catalog import load_system, request_path, system_from
+from nlds_vines.model.catalog import (
+    AnySystem,
+    any_system_from,
+    load_system,
+    request_path,
+    without_hosts,
+)
+from nlds_vines.model.parameters import flat
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.system import System, refuse_contradiction
 
 Made = TypeVar("Made")
+Taken = TypeVar("Taken", bound=AnySystem)
 
 
 # validates the value of the key that it is given the name of: returns the value as it is stored
@@ -196,9 +204,8 @@ class Request(Outlined):
         """SHA-256 of the canonical TOML without titles and sources, which do not change numbers."""
 
         def counted(system: Document) -> Document:
-            return {
-                key: system[key] for key in ("kind", "parameters", "law", "law_2") if key in system
-            }
+            counts = ("kind", "parameters", "law", "law_2", "host", "dampers", "force")
+            return {key: system[key] for key in counts if key in system}
 
         document = {**self.document(), "title": ""}
         if "system" in document:
@@ -301,7 +308,7 @@ class Form:
             source = document()
         if self.systems and isinstance(source, str) and not source.endswith(".toml"):
             source = load_system(source)
-        if self.systems and isinstance(source, System):
+        if self.systems and isinstance(source, AnySystem):
             source = {"system": source}
         if isinstance(source, Mapping):
             return where or self.kind, source, None
@@ -356,7 +363,11 @@ class Merged:
         """Return the merged entries of a table by names of parameters, which are not validated."""
         entries: dict[str, Any] = {}
         for key, entry in self.document.get(name, {}).items():
-            if key in self.form.nested and isinstance(entry, Mapping):
+            # of a load, tone.omega; of a damper on a host, cell1.k, whose entries are tables, too
+            is_outer = isinstance(entry, Mapping) and any(
+                isinstance(value, Mapping) for value in entry.values()
+            )
+            if is_outer or (key in self.form.nested and isinstance(entry, Mapping)):
                 entries |= {f"{key}.{inner}": value for inner, value in entry.items()}
             else:
                 entries[key] = entry
@@ -401,29 +412,35 @@ class Merged:
             return samples_of(self.document["samples"])
 
     def system(self, default: str | None = None, *, needs_force: bool = True) -> System:
+        """Return the system that the uppermost layer names, without [set]; refuse a host."""
+        with at(self.origin("system")):
+            return without_hosts(self.any_system(default, needs_force=needs_force))
+
+    def any_system(self, default: str | None = None, *, needs_force: bool = True) -> AnySystem:
         """Return the system that the uppermost layer names, without [set]."""
         with at(self.origin("system")):
             entry = self.document.get("system", default)
-            return system_from(entry, needs_force=needs_force)
+            return any_system_from(entry, needs_force=needs_force)
 
     def as_set(
         self,
-        system: System,
+        system: Taken,
         varied: Mapping[str, str] = MappingProxyType({}),
-        takes: Callable[[System, str], bool] = lambda *_: True,
-    ) -> System:
+        takes: Callable[[Taken, str], bool] = lambda *_: True,
+    ) -> Taken:
         """Return a system with [set] of the file and then [set] of the changes, as it `takes` them.
 
         If the changes vary a parameter, the file does not set it; any other parameter that is both
         set and `varied`, by the table of that name, is refused.
         """
-        axes = meant_by(system.scene, varied)
+        changed: Any = system
+        axes = meant_by(changed.scene, varied)
         tables = dict(zip(axes, varied.values(), strict=True))
         _, (_, above) = self.layers
         for place, layer in self.layers:
-            settings = {k: v for k, v in layer.get("set", {}).items() if takes(system, k)}
+            settings = {k: v for k, v in flat(layer.get("set", {})).items() if takes(changed, k)}
             with at(f"{place}: [set]"):
-                for name, meant in zip([*settings], meant_by(system.scene, settings), strict=True):
+                for name, meant in zip([*settings], meant_by(changed.scene, settings), strict=True):
                     if meant in axes and layer is not above and above.get(tables[meant]):
                         del settings[name]
                     elif meant in axes:
@@ -432,8 +449,9 @@ class Merged:
                             f"{self.place(tables[meant])}; set it or vary it, not both"
                         )
                 refuse_contradiction([*settings, *axes])
-                system = system.with_(**settings)
-        return system
+                changed = changed.with_(**settings)
+        result: Taken = changed
+        return result
 
     def title(self, *outdated_by: str) -> str | None:
         """Return the title; None if there is none, or if changes outdate one that is in no file."""

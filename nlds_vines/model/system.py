@@ -27,7 +27,6 @@ from nlds_vines.model.parameters import (
     OSCILLATOR,
     PARAMETERS,
     SECOND,
-    SET_BY_USER,
     STRUCTURE,
     Law,
     hertz_stiffness,
@@ -175,8 +174,10 @@ class System(Outlined):
         omega: float,
         force: Mapping[str, float] | None = None,
         base: Mapping[str, Any] | None = None,
+        name: str = "",
+        title: str = "",
     ) -> HostSystem:
-        """Return the system of a host with dampers, for `simulate`.
+        """Return the system of a host with dampers.
 
         Parameters
         ----------
@@ -190,7 +191,10 @@ class System(Outlined):
             Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
         base : mapping, optional
             In its place, the motion of the ground: `acceleration`, its amplitude [m/s^2], and
-            `influence`, "all".  States are then relative to the ground.
+            `influence`, by default "all", that of the host, or the displacements of degrees of
+            freedom when the ground moves by 1.  States are then relative to the ground.
+        name, title : str, optional
+            A name, by default "host", and one line that describes the system.
 
         Returns
         -------
@@ -218,7 +222,9 @@ class System(Outlined):
         """
         from nlds_vines.model.host_system import system_from_host
 
-        return system_from_host(host, dampers, force, base, omega)
+        system = system_from_host(host, dampers, force, base, omega)
+        name, title = string("name", name) or system.name, string("title", title)
+        return replace(system, name=name, title=title)
 
     def heading(self) -> str:
         """Return its name and title."""
@@ -402,7 +408,7 @@ class System(Outlined):
         system._set(
             parameters=merged,
             fixed_ratios=stay | _ratios_in(scene, overrides),
-            sources=sources | dict.fromkeys(sorted(changed), SET_BY_USER),
+            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
             assumptions={n: text for n, text in self.assumptions.items() if n in unchanged},
         )
         return system

@@ -19,7 +19,7 @@ from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
-from nlds_vines.model.catalog import as_system
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -269,7 +269,7 @@ def simulate(
         States of a trajectory per period.
     quiet : bool
         Whether to suppress the message about compiling.
-    **overrides : float or str
+    **overrides
         Parameters of the system that replace its own, as in `load_system`.
 
     Returns
@@ -299,18 +299,18 @@ def simulate(
     True
     """
     options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
+    system = any_system(system)
+    if overrides:
+        system = system.with_(**overrides)
     if isinstance(system, HostSystem):
         choice("method of a host", method, METHODS[:1])
-        for name, value in {**options, **overrides}.items():
+        for name, value in options.items():
             if value is not None:
                 allowed = "start, transient, record, tolerance, samples"
                 raise unknown("option of a host's orbit", name, allowed.split(", "))
         count = whole("samples", samples, 1, 10**6)
         span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
         return _simulate_host(system, span, start, record, tolerance, quiet)
-    system = as_system(system)
-    if overrides:
-        system = system.with_(**overrides)
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)

@@ -157,7 +157,8 @@ class Job(bifurcation.Job):
 
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     """Return the scan of one cell that computes an ensemble of a system."""
-    system = changes.pop("system", None) or as_system(_SYSTEM if source is None else source)
+    named = changes.pop("system", None) or (_SYSTEM if source is None else source)
+    system = as_system(named)
     with at(f"{changes_from}: [set]"):
         system = system.with_(**changes.pop("set", {}))
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})

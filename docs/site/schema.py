@@ -18,7 +18,7 @@ from reference import REQUESTS
 from nlds_vines import errors
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.loads.loading import ALL
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record, RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
@@ -50,14 +50,17 @@ AXIS = {
 
 
 def named(names: Iterable[str], of_each: Schema, loads: bool = False) -> Schema:
-    """Return the schema of a table whose keys are of these names, each with a table `of_each`.
+    """Return the schema of a table whose keys are of these names, each with a value `of_each`.
 
-    With `loads` there may be numbers of a load, too: those of a kind in a table of its own.
+    With `loads` there may be numbers of a load, too.  Numbers of a load's kind, of a host's damper
+    and forces on it have a point in their names, or stand in a table of their own.
     """
-    keys = {"enum": [*names, *(NUMBERS_OF_LOADS if loads else ()), *(ALL if loads else ())]}
-    found = {"type": "object", "propertyNames": keys, "additionalProperties": of_each}
-    of_kind = {"type": "object", "additionalProperties": of_each}
-    return found | ({"properties": dict.fromkeys(ALL, of_kind)} if loads else {})
+    keys = "|".join([*names, *(NUMBERS_OF_LOADS if loads else ())])
+    return {
+        "type": "object",
+        "patternProperties": {f"^({keys})$": of_each, "[.]": of_each},
+        "additionalProperties": {"type": "object", "additionalProperties": of_each},
+    }
 
 
 def table(properties: Schema) -> Schema:
@@ -116,18 +119,19 @@ def _nested(tables: dict[str, Schema]) -> dict[str, Schema]:
 
 def schema() -> Schema:
     """Return the schema of a request file."""
-    settings = table(
-        {
+    of_host: Schema = {"type": ["number", "string", "array"]}  # also attached_to
+    settings = named((), of_host) | {
+        "properties": {
             name: {"type": "number", "description": f"{entry.meaning} [{entry.unit}]"}
             for name, entry in PARAMETERS.items()
         }
         | {law: {"enum": list(LAWS)} for law in ("law", "law_2")}
-    )
+    }
     interval = table({"low": {"type": "number"}, "high": {"type": "number"}})
     spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
     names = {"anyOf": [{"enum": list(catalog())}, {"type": "string"}]}
-    own = {"type": "object", "properties": {"kind": {"enum": list(SCENES)}}}
+    own = {"type": "object", "properties": {"kind": {"enum": [*SCENES, HostSystem.kind]}}}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "nlds_vines: a request file",

@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes, shown, unknown
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
+from nlds_vines.model.host_system import PLACE
 from nlds_vines.model.setting import Document, Truth, settings_of
 
 Group = argparse._ArgumentGroup
@@ -150,7 +151,8 @@ def named(
 
 
 def _parameter(option: str, text: str) -> float | str:
-    return text if option.split()[1] in ("law", "law_2") else from_text(float, option, text)
+    is_text = option.split()[1] in ("law", "law_2") or option.endswith(f".{PLACE}")
+    return text if is_text else from_text(float, option, text)
 
 
 def _system(text: str) -> Document:

@@ -2,10 +2,12 @@
 
 import math
 import pickle
+import re
 import tomllib
 
 import numpy as np
 import pytest
+from support import REPO
 
 import nlds_vines as nv
 from nlds_vines.archives.files import toml_text
@@ -98,6 +100,14 @@ def test_a_file_names_a_host_its_dampers_and_its_force(tmp_path):
     for key in ("host", "dampers", "force"):
         assert system.to_table()[key] == other.to_table()[key]
     assert system.heading() == "a frame with a cell and a stop"
+
+
+def test_the_file_of_the_page_is_read():
+    page = (REPO / "docs" / "hosts.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    system = any_system_from(tomllib.loads(text)["system"])
+    assert system.parameters["cell1.gap-"] == 0.012
+    assert system.parameters["omega"] == 4 * math.pi
 
 
 def test_hosts_of_files_matrices_modes_and_beams_are_those_of_python(tmp_path):
@@ -208,3 +218,15 @@ def test_tasks_for_one_damper_refuse_hosts_in_one_line(tmp_path, task):
             nv.RequestError, match="kind 'host' is not possible here; allowed: none"
         ):
             task(source)
+
+
+@pytest.mark.kernels
+def test_orbits_take_files_and_changed_numbers(tmp_path):
+    path = tmp_path / "frame.toml"
+    path.write_text(FILE)
+    changes = {"cell.gap": 0.002, "force.roof": 3e3}
+    orbit = nv.simulate(path, 4, quiet=True, **changes)
+    same = nv.simulate(any_system_from(orbit.system.to_table()), 4, quiet=True)
+    assert len(same.impacts) > 2
+    assert np.array_equal(orbit.section, same.section)
+    assert orbit.system.parameters == nv.load_system(path).with_(**changes).parameters

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+import nlds_vines as nv
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
@@ -304,3 +305,22 @@ def counts_by_period(touches, omega, periods):
     """Return how many touches lie before t = T, 2T, ..."""
     ends = 2 * np.pi / omega * np.arange(1, periods + 1)
     return np.searchsorted(np.sort(touches), ends)
+
+
+def as_host(system):
+    """Return a system of one damper as a host of one degree of freedom, and its rest offset."""
+    m1, k1, c1 = system.structure
+    host = nv.Host([[m1]], [[k1]], [[c1]], dofs=["x"])
+    scene, p = system.scene, system.parameters
+    gaps = {"near": scene.gap_near, "far": scene.gap_far}
+    walls = [
+        nv.Wall(gaps[wall](p), side, system.law, **system.contact(wall))
+        for wall, side in (("near", "+"), ("far", "-"))
+        if wall in scene.walls
+    ]
+    if scene.damper:
+        damper = nv.Damper("u", "x", m=p["m2"], k=p["k2"], c=p["c2"], walls=walls)
+    else:
+        damper = nv.Damper("u", ("x", "ground"), walls=walls)
+    force = {"x": system.force}
+    return nv.System.from_host(host, [damper], force=force, omega=p["omega"])

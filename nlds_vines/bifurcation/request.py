@@ -10,6 +10,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
 from functools import cached_property
+from itertools import product
 from math import prod
 from typing import Any, ClassVar
 
@@ -20,9 +21,9 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
-from nlds_vines.errors import RequestError, at, string, unknown
+from nlds_vines.errors import RequestError, at, choice, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
-from nlds_vines.model.catalog import as_system, looks_like_path, resource_text
+from nlds_vines.model.catalog import AnySystem, any_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -35,7 +36,7 @@ from nlds_vines.model.parameters import (
 )
 from nlds_vines.model.quantities import recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
-from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes import HOST, Scene
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -57,6 +58,14 @@ from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 def struck(scene: Scene) -> tuple[str, ...]:
     """Return the names of the bodies that a damper strikes; empty for fewer than two walls."""
     return scene.bodies_struck if len(scene.walls) > 1 else ()
+
+
+def scales_of_walls(scene: Scene) -> Iterator[Scale]:
+    """Yield the dimensions of what differs from damper to damper, and from wall to wall."""
+    if scene.dampers:
+        yield Scale("damper", np.array(scene.dampers), "1", "name of the damper")
+    if struck(scene):
+        yield Scale("wall", np.array(struck(scene)), "1", "what is struck")
 
 
 def state_scales(count: int) -> Iterator[Scale]:
@@ -84,13 +93,14 @@ def table_of(
 ) -> Table:
     """Return the datasets of a scan that `want` asks for, and `status`."""
     dims, walls = (*(axis.name for axis in axes), "start"), struck(scene)
+    absent = {name for name, there in (("wall", walls), ("damper", scene.dampers)) if not there}
     datasets: list[Dataset] = []
     for entry in recorded(scene, want):
         if entry.name != "start_state" or start.policy == "random":
-            tail = tuple(dim for dim in entry.dims if dim != "wall" or walls)
+            tail = tuple(dim for dim in entry.dims if dim not in absent)
             flags = _FLAGS.get(entry.name)
             if entry.name == "impact_wall":  # 0 is the near wall
-                flags = {name.replace(" ", "_"): code for code, name in enumerate(walls)}
+                flags = {word.replace(" ", "_"): code for code, word in enumerate(scene.wall_words)}
             datasets.append(entry.dataset((*dims, *tail), scene, flags))
     # lengths are counted without making the values of dimensions
     size, touches = len(scene.components), records.touches_noted(want, scene, periods)
@@ -98,6 +108,7 @@ def table_of(
     lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
     lengths |= {"impact": touches} if touches else {}
     lengths |= {"wall": len(walls)} if walls else {}
+    lengths |= {"damper": len(scene.dampers)} if scene.dampers else {}
     lengths |= {"multiplier": size, "exponent": size, "part": 2} if "evidence" in want else {}
     if spectral is not None:
         datasets = [spectral.in_units(dataset) for dataset in datasets]
@@ -235,6 +246,8 @@ class Scan(Request):
                 f"state has {len(start.state)} numbers; kind {self.system.kind!r} has the "
                 f"state {', '.join(components)}"
             )
+        if scene.kind == HOST:
+            self._refuse_for_hosts()
         if PHASE in names and start.phase:
             raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
         # any other name must be an initial condition; the system refuses parameters that its kind
@@ -276,6 +289,16 @@ class Scan(Request):
                 f"the scan has {sides}{words}, {self.lanes} orbits; allowed: up to {MOST_LANES}"
             )
 
+    def _refuse_for_hosts(self) -> None:
+        choice("method of a host", self.method, solver_settings.METHODS[:1])
+        if self.start.phase:
+            raise RequestError("phase: orbits of hosts begin at phase 0")
+        if self.nodes is not None:
+            raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
+        ends = [axis.values[[0, -1]].tolist() for axis in self.axes if self.sampled is None]
+        for corner in product(*ends):  # walls must not overlap
+            self.system.with_(**dict(zip(self.varied, corner, strict=False)))
+
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         """Return the cells of the grid for kernels, constant along axes of initial conditions."""
         varied = dict(zip((axis.name for axis in self.axes), np.ix_(*values), strict=True))
@@ -300,7 +323,7 @@ class Scan(Request):
 
     def starts_inside(self) -> list[str]:
         """Return a line that counts starts inside a wall; [] without any, and for random ones."""
-        if self.start.policy == "random":
+        if self.start.policy == "random" or self.system.scene.kind == HOST:
             return []
         if self.sampled is not None:
             places = dict(self.sampled.columns)
@@ -379,7 +402,7 @@ class Scan(Request):
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
         scene, periods = self.system.scene, self.periods
-        walls, touches = struck(scene), records.touches_noted(self.want, scene, periods)
+        touches = records.touches_noted(self.want, scene, periods)
         cycle = "sampled forcing period, counted after the transient"
         impact = "impact after the transient, counted from the first"
         return (
@@ -393,7 +416,7 @@ class Scan(Request):
             Scale.counted("forcing_period", periods, cycle, 1),
             Scale.counted("impact", touches, impact, 1),
             Scale("component", np.array(scene.components), "1", "component of the state"),
-            *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
+            *scales_of_walls(scene),
             *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
             *(() if self.spectral is None else self.spectral.scales()),
         )
@@ -481,8 +504,8 @@ def load_scan(
     if isinstance(source, Scan) and not changes:
         return source
     where = ""
-    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
-        changes = {"system": as_system(source), **(changes or {})}
+    if isinstance(source, AnySystem) or (isinstance(source, str) and not looks_like_path(source)):
+        changes = {"system": any_system(source), **(changes or {})}
         source = None
     if source is None:
         source, where = parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE), DEFAULT_FILE
@@ -492,7 +515,7 @@ def load_scan(
     sampled = request.samples()
     kind = "vary" if sampled is None else "samples"
     varied = request.table("vary") if sampled is None else sampled.columns
-    system = request.as_set(request.system(), dict.fromkeys(varied, kind))
+    system: Any = request.as_set(request.any_system(), dict.fromkeys(varied, kind))
     with at(request.place("start")):  # a state without a policy means the policy of that name
         entries_of_start = request.of(Start)
         policy = {"policy": STATE} if "state" in entries_of_start else {}

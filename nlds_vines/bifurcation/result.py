@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from nlds_vines.errors import RequestError, at, number, shown, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.ratios import ratios_in
+from nlds_vines.model.scenes import HOST
 from nlds_vines.model.system import System
 from nlds_vines.orbits import starts
 from nlds_vines.runs.progress import Tell
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.orbits.simulation import Beginning, Orbit
+    from nlds_vines.orbits.host_orbits import HostOrbit
+    from nlds_vines.orbits.simulation import Beginning, HostBeginning, Orbit
 
 
 class ScanArchive(ArchivePath):
@@ -117,9 +119,14 @@ def own_states(
     `initial` are the components of the state and the phase that axes set in the `cells` (n,); an
     orbit that begins at another phase is followed to the next section.  `lanes` (n,) are the
     numbers of the starts in their cells.
-    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s].
+    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s]; of a host the
+    components of the state.
     """
     scene = scan.system.scene
+    if scan.system.kind == HOST:
+        from nlds_vines.orbits.host_batch import host_starts  # with kernels, as below
+
+        return host_starts(scan.system, cells, scan.start, lanes)
     if scan.start.policy == "random":
         draws = starts.start_states(scan.start)[lanes]
         return starts.random_states(cells, draws[:, np.newaxis], scene)[:, 0]
@@ -189,15 +196,30 @@ class CellOrbit:
     """The orbit of one start in one cell of a scan."""
 
     scan: Scan
-    begin: Beginning
+    begin: Beginning | HostBeginning
     start: str  # its name
     label: str = ""  # in the archive; empty if none is recorded
 
-    def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
-        from nlds_vines.orbits.simulation import checked_record
+    def orbit(
+        self, record: Collection[str] | None = None, quiet: bool = False
+    ) -> Orbit | HostOrbit:
+        from nlds_vines.orbits.simulation import HostBeginning, checked_record, host_record
 
-        words, scan = checked_record(self.begin.system, record), self.scan
+        if isinstance(self.begin, HostBeginning):
+            words = host_record(record)
+        else:
+            words = checked_record(self.begin.system, record)
+        scan = self.scan
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
+
+    @property
+    def of_kind(self) -> Beginning:
+        """The beginning of an orbit of a kind; a host's is refused, as portraits show none."""
+        from nlds_vines.orbits.simulation import HostBeginning
+
+        if isinstance(self.begin, HostBeginning):
+            raise RequestError("orbits of hosts have no portrait; nlds_vines.orbit_of returns them")
+        return self.begin
 
     def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
         """Return the orbit from one forcing period to another with states in between.
@@ -205,17 +227,17 @@ class CellOrbit:
         These end steps of the integration, which would change a chaotic orbit: each period is
         traced by itself, from the section of the orbit without them.
         """
-        count, walls = end - begin, self.begin.system.scene.walls
-        words = ("section", "impacts") if walls else ("section",)
-        whole_orbit = self.begin.follow(words, begin, count, quiet=quiet)
+        count, of_cell = end - begin, self.of_kind
+        words = ("section", "impacts") if of_cell.system.scene.walls else ("section",)
+        whole_orbit = of_cell.follow(words, begin, count, quiet=quiet)
         assert whole_orbit.section is not None
         states = np.empty((count, samples, whole_orbit.section.shape[1]))
         for i in range(count):
-            one = self.begin.after(begin + i).follow(("trajectory",), 0, 1, samples)
+            one = of_cell.after(begin + i).follow(("trajectory",), 0, 1, samples)
             states[i] = one.trajectory
             states[i, -1] = whole_orbit.section[i]
         steps = begin * samples + 1 + np.arange(count * samples)
-        time = steps * (self.begin.system.period / samples)
+        time = steps * (of_cell.system.period / samples)
         return replace(whole_orbit, trajectory=states.reshape(count * samples, -1), time=time)
 
 
@@ -226,7 +248,7 @@ def orbit_of(
     record: Collection[str] | None = None,
     quiet: bool = False,
     **values: float,
-) -> Orbit:
+) -> Orbit | HostOrbit:
     """Return the orbit of a cell of a scan's archive, equal to that of the scan to the last bit.
 
     The orbit is computed again, over the transient and the periods of the scan; in a sweep, all
@@ -248,7 +270,7 @@ def orbit_of(
 
     Returns
     -------
-    Orbit
+    Orbit or HostOrbit
         The section, impacts and other records, as `simulate` returns them.
 
     Raises
@@ -279,7 +301,7 @@ def cell_orbit(
         with read(archive) as view:
             return cell_orbit(view, values, start)
     from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-    from nlds_vines.orbits.simulation import Beginning, IntegrationError
+    from nlds_vines.orbits.simulation import Beginning, HostBeginning, IntegrationError
 
     scan = scan_of(archive)
     names, is_name = scan.start.names, isinstance(start, str) and not start.isdecimal()
@@ -288,6 +310,18 @@ def cell_orbit(
     number = int(start) if isinstance(start, str) and not is_name else start
     lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
+    label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
+    if scan.system.kind == HOST:
+        state = own_states(scan, cells[place].reshape(1), {}, np.array([lane]))[0]
+        for one in (*swept_before(scan, place, lane), place):
+            of_host: Any = system_at(scan, one)
+            of_cell = HostBeginning(of_host, scan.settings, state, is_put_on_walls=True)
+            if one != place:
+                try:
+                    state = of_cell.follow((), scan.transient, scan.periods).state
+                except IntegrationError:
+                    state = np.zeros_like(state)
+        return CellOrbit(scan, of_cell, scan.start.names[lane], label)
     # an orbit of a sweep follows the cells before it, of which the first begins at rest
     first, *others = *swept_before(scan, place, lane), place
     system, of_kernels = system_at(scan, place), cells.view(np.recarray)
@@ -305,7 +339,6 @@ def cell_orbit(
         except IntegrationError:
             state = np.zeros(STATE_SIZE)
         begin = begin._replace(cell=cell, state=state)
-    label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
     return CellOrbit(scan, begin, scan.start.names[lane], label)
 
 

@@ -34,10 +34,10 @@ from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import records, responses
-from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
+from nlds_vines.orbits.batch import Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
+from nlds_vines.orbits.host_batch import kernels_for
 from nlds_vines.orbits.solver_settings import most_watched
-from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
@@ -161,8 +161,9 @@ class Computer:
             from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
-        self.kernels = Kernels(wanted, tell, helped=helped)
-        self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
+        self.kernels = kernels_for(scan.system, wanted, tell, helped=helped)
+        traced = replace(wanted, want=("section",))
+        self._traced = kernels_for(scan.system, traced, tell, helped=helped)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -174,7 +175,8 @@ class Computer:
             rows = cells.reshape(-1, cells.shape[-1])
             chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
             firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
-            arrays = self.lanes(chains, np.zeros((len(chains), 4)), firsts)
+            at_rest = own_states(scan, chains[:, 0], {}, np.zeros(len(chains), np.int64))
+            arrays = self.lanes(chains, at_rest, firsts)
         else:
             numbers = places.reshape(-1, 1) * scan.starts + np.arange(scan.starts)
             arrays = self.lanes(*self.orbits(numbers.ravel()))
@@ -197,9 +199,9 @@ class Computer:
         `places` (chains,) are the numbers in the scan of their first cells, which attractors need.
         """
         scan, datasets = self.scan, self.scan.table.datasets
-        arrays = {"P": chains["P"].copy()}
+        arrays = {"P": chains["P"].copy()} if "P" in datasets else {}
         if scan.start.policy == "random":
-            states = user_states(chains[:, 0], starts, scan.system.scene)
+            states = self.kernels.user_states(chains[:, 0], starts)
             arrays["start_state"] = states[:, np.newaxis]
         if (spectral := scan.spectral) is not None:  # the same at more instants
             span = Span(scan.transient, scan.periods, spectral.samples)
@@ -229,7 +231,8 @@ class Computer:
                 arrays |= responses.arrays_of(buffers.response, scan.system.scene, chains)
             if buffers.cycle is not None:
                 arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
-                arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+                arrays["impact_count"] = by_wall.sum(axis=-1)
+                arrays["impacts_by_wall"] = scan.system.scene.by_damper(by_wall)
             if buffers.counts is not None:
                 arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
             if outputs.evidence is not None:

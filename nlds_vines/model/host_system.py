@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -31,12 +31,14 @@ from nlds_vines.model.parameters import (
     HERTZ,
     LAWS,
     PARAMETERS,
+    RATIOS,
     RESERVED,
     SIDES,
     flat,
     hertz_stiffness,
     split_name,
 )
+from nlds_vines.model.scenes import HOST, Scene, Values
 
 if TYPE_CHECKING:
     from nlds_vines.model.host import Host  # with SciPy
@@ -227,12 +229,42 @@ class Damper:
         return replace(self, walls=tuple(walls), **own)
 
 
-@dataclass(frozen=True, repr=False)
-class HostScene(Outlined):
-    """The names of the components of states, and of the parameters that ratios need."""
+@dataclass(frozen=True)
+class HostScene(Scene):
+    """The scene of a host: its near walls are those on the sides "+" of all dampers."""
 
-    components: tuple[str, ...]
-    parameter_names: tuple[str, ...] = ("omega",)
+    of_walls: tuple[tuple[str, str], ...] = ()  # damper and side of each wall, as kernels have them
+    settable: tuple[str, ...] = ()  # `HostSystem.allowed` without ratios
+    relative: bool = False
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        return self.settable
+
+    @property
+    def counted_walls(self) -> int:
+        return len(self.of_walls)
+
+    @property
+    def wall_words(self) -> tuple[str, ...]:
+        return tuple(f"{damper}{side}" for damper, side in self.of_walls)
+
+    def by_damper(self, by_wall: np.ndarray) -> np.ndarray:
+        """Return counts (..., walls) as (..., dampers, sides), 0 where a damper has no wall."""
+        dampers = self.dampers or tuple(dict.fromkeys(name for name, _ in self.of_walls))
+        table = np.zeros((*by_wall.shape[:-1], len(dampers), len(self.walls)), by_wall.dtype)
+        for wall, (damper, side) in enumerate(self.of_walls):
+            place = dampers.index(damper), self.bodies_struck.index(side)
+            table[..., *place] = by_wall[..., wall]
+        return table
+
+    @property
+    def key(self) -> str:
+        return "a host"
+
+
+def _zero(parameters: Values) -> float:
+    return 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -263,7 +295,8 @@ class HostSystem(Outlined):
     name: str = "host"
     title: str = ""
 
-    kind = "host"
+    kind = HOST
+    fixed_ratios: ClassVar[Mapping[str, float]] = MappingProxyType({})
 
     def heading(self) -> str:
         """Return the title, or the host's heading and the number of dampers."""
@@ -295,7 +328,60 @@ class HostSystem(Outlined):
         is_plain = self.host.is_plain
         names = self.host.dofs if is_plain else [f"mode{i + 1}" for i in range(count)]
         masses = [damper.name for damper in self.dampers if damper.m is not None]
-        return HostScene(tuple(part for name in (*names, *masses) for part in (name, f"v_{name}")))
+        walls = [(damper.name, wall) for damper in self.dampers for wall in damper.walls]
+        sides = {wall.side for _, wall in walls}
+        several = len(self.dampers) > 1
+        return HostScene(
+            kind=self.kind,
+            meaning="a host with dampers",
+            parameter_names=tuple(self.parameters),
+            rest=_zero if self.dampers else None,
+            gap_near=_zero if "+" in sides else None,
+            gap_far=_zero if "-" in sides else None,
+            struck={"near": "+", "far": "-"},
+            body="host",
+            components=tuple(part for name in (*names, *masses) for part in (name, f"v_{name}")),
+            dampers=tuple(damper.name for damper in self.dampers) if several else (),
+            of_walls=tuple((name, wall.side) for name, wall in walls),
+            settable=tuple(name for name in self.allowed if name not in RATIOS),
+            relative=not self.force,
+        )
+
+    @property
+    def statements(self) -> Mapping[str, float]:
+        """The parameters; none of a host is set as a ratio of others."""
+        return self.parameters
+
+    def following(self, names: Collection[str]) -> set[str]:
+        """Return the parameters that change with those of `names`: none of a host does."""
+        return set()
+
+    def with_axes(self, names: Iterable[str]) -> HostSystem:
+        """Return the system under the force, or motion of the ground, that varies, if one does.
+
+        Raises `RequestError` for an unknown name, and if two mean one number.
+        """
+        names = [*names]
+        self.refuse_twice(names)
+        drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
+        new = [name for name in drives if name not in self.parameters]
+        return self.with_values(new, [0.0] * len(new)) if new else self
+
+    def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
+        """Return records of omega and of the varied parameters, one for each point of a grid.
+
+        `grid` holds arrays by name that broadcast together; `with_values` takes the numbers of a
+        record.  Raises `RequestError` for a value out of range.
+        """
+        values = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
+        for name, array in values.items():
+            DESCRIBED[name].check(array)
+        values = {"omega": np.asarray(self.omega), **values}
+        shape = np.broadcast_shapes(*(array.shape for array in values.values()))
+        cells = np.zeros(shape, [(name, np.float64) for name in values])
+        for name, array in values.items():
+            cells[name] = array
+        return cells
 
     @cached_property
     def parameters(self) -> Mapping[str, float]:

@@ -52,7 +52,8 @@ class Quantity:
     label: str = ""  # on axes, by default the beginning of `words`
     symbol: str = ""
     has: Callable[[Scene], Any] = lambda scene: True  # of the scenes that have it
-    dims: tuple[str, ...] = ()  # after `start`; `wall` only with two walls
+    # after `start`; `damper` only with several dampers, `wall` only with two walls
+    dims: tuple[str, ...] = ()
     dtype: str = "float64"  # as in `archives.dataset.Dataset`
     fill: float | int | str = np.nan
     beside: str = ""  # a record that must be requested as well
@@ -118,7 +119,7 @@ _walls, _damper = attrgetter("walls"), attrgetter("damper")
 
 
 def _two_walls(scene: Scene) -> bool:
-    return len(scene.walls) > 1
+    return len(scene.walls) > 1 or (bool(scene.walls) and bool(scene.dampers))
 
 
 def _rigid(scene: Scene) -> bool:
@@ -252,7 +253,7 @@ QUANTITIES = (
     ),
     _whole(
         "impacts_by_wall", "impacts by what is struck, counted as `impact_count`", ("impacts",),
-        has=_two_walls, dims=("wall",),
+        has=_two_walls, dims=("damper", "wall"),
     ),
     Quantity(
         "impact_speed", "m/s", _SPEEDS, ("speeds", "impact_section"), "approach speed",

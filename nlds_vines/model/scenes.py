@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from nlds_vines.model.parameters import (
     DAMPER,
     DAMPING,
@@ -25,6 +27,7 @@ from nlds_vines.model.parameters import (
 
 Values = Mapping[str, Any]  # parameters in SI units; each a float, or an array if it varies
 
+HOST = "host"  # the kind of systems with a `HostScene`
 LONGEST_NAME = 16  # letters in `Scene.struck`, the width of a column in tables of impacts
 FOOT = "+foot"  # the suffix of a kind in `Scene.key` if the foot of the structure moves
 BASES = ("base_displacement", "base_acceleration")  # of the ground, in place of the force
@@ -62,6 +65,7 @@ class Scene:
     optional: tuple[str, ...] = ()  # the optional parameters of the laws that are present
     # of the state, in the order of kernels and archives [m, m/s, m, m/s]
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
+    dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
 
     def __post_init__(self) -> None:
         if max(map(len, self.struck.values())) > LONGEST_NAME:
@@ -92,8 +96,22 @@ class Scene:
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
     @property
+    def counted_walls(self) -> int:
+        """The number of walls in tables of counts, where kinds have always two."""
+        return 2
+
+    def by_damper(self, by_wall: np.ndarray) -> np.ndarray:
+        """Return counts (..., walls) by damper, if there are several, and by wall."""
+        return by_wall
+
+    @property
     def bodies_struck(self) -> tuple[str, ...]:
         return tuple(self.struck[wall] for wall in self.walls)
+
+    @property
+    def wall_words(self) -> tuple[str, ...]:
+        """The words for the walls in the order of counts."""
+        return self.bodies_struck
 
     @property
     def laws(self) -> tuple[Law, ...]:

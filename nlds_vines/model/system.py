@@ -658,6 +658,8 @@ def system_in_words(system: System) -> str:
     """Return the title of a system; without one, its kind if its name is that of a file."""
     if system.title or not (system.name == system.kind or system.name.endswith(".toml")):
         return system.title or system.name
+    if system.kind not in SCENES:
+        return system.heading()
     names = {kind: re.split("[:,]", scene.meaning)[0] for kind, scene in SCENES.items()}
     name = names[system.kind]
     is_ambiguous = list(names.values()).count(name) > 1
@@ -666,7 +668,8 @@ def system_in_words(system: System) -> str:
 
 def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
     varied = {*varied, *meant_by(system.scene, varied), *system.following(varied)}
-    law = f" under {system.law}" if system.scene.walls else ""
+    has_law = system.scene.walls and system.kind in SCENES  # each wall of a host has its own
+    law = f" under {system.law}" if has_law else ""
     values = (
         f"{name} = {value:g}" for name, value in system.statements.items() if name not in varied
     )

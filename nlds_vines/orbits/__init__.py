@@ -11,6 +11,7 @@ In reading order:
     spectrum          signals of an orbit, their spectra, the spectral records of scans
     batch             many orbits in one call of the kernels, datasets of verdicts and spectra
     host_orbits       orbits of hosts
+    host_batch        many orbits of hosts
     simulation        `nv.simulate` and `nv.spectrum`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time

@@ -28,6 +28,7 @@ from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
+from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -71,7 +72,8 @@ class Outputs:
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
         """Allocate the buffers for `shape` = (sweeps, cells)."""
         want, scene = set(wanted.want), wanted.scene
-        walls, judged = bool(scene.walls), bool(want & JUDGED)
+        walls, judged = scene.counted_walls, bool(want & JUDGED)
+        has_walls = bool(scene.walls)
         counted = judged or not want.isdisjoint(("impacts", "modulation", COUNTED))
         periods_noted = noted(want, transient, periods)
         touches = touches_noted(want, scene, periods)
@@ -81,11 +83,11 @@ class Outputs:
 
         buffers = LaneBuffers(
             section=rows(periods_noted > 0, periods_noted, len(scene.components)),
-            counts=rows(counted and walls, 3, dtype=np.int64),
-            cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
+            counts=rows(counted and has_walls, walls + 1, dtype=np.int64),
+            cycle=rows("impacts" in want and not judged, walls + 1, dtype=np.int64),
             energy=rows("energy" in want, 2),
             peak=rows("peak" in want, 2),
-            clearance=rows("clearance" in want and walls, 1, value=np.inf),
+            clearance=rows("clearance" in want and has_walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
             ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, codes.RESPONSE_COLUMNS),
@@ -96,9 +98,9 @@ class Outputs:
 
     @property
     def by_wall(self) -> np.ndarray:
-        """The impacts (sweeps, cells, 2) at either wall after the transient; 0 without walls."""
+        """The impacts (sweeps, cells, walls) at each wall after the transient; 0 without walls."""
         counts = self.buffers.counts
-        return np.zeros((*self.status.shape, 2), np.int64) if counts is None else counts[..., :2]
+        return np.zeros((*self.status.shape, 2), np.int64) if counts is None else counts[..., :-1]
 
     def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
@@ -161,6 +163,10 @@ class Kernels:
         if outputs.evidence is not None:
             self._judge(outputs, sweeps, transient, periods)
         return outputs
+
+    def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return states of the kernels (n, 4) of `cells` (n,) in the user's coordinates."""
+        return user_states(cells, states, self._wanted.scene)
 
     def states(
         self, sweeps: np.ndarray, starts: np.ndarray, span: Span

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,20 @@ from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.host import Host
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
 from nlds_vines.model.scenes import LONGEST_NAME
-from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import WALLS
+from nlds_vines.orbits.solver_settings import TOLERANCE
+from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
 from nlds_vines.runs.interrupts import stoppable
+from nlds_vines.runs.progress import Tell
 
 RECORDS = ("section", "impacts", "trajectory")
+
+IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 
 MOST_COORDINATES = 200
 """The most coordinates of a host whose orbits are computed: a flight costs their square."""
@@ -111,7 +118,7 @@ class HostOrbit(Outlined):
 class HostOrbits:
     """A host's system as kernels take it, in the coordinates of its modes."""
 
-    def __init__(self, system: HostSystem, tolerance: float) -> None:
+    def __init__(self, system: HostSystem, tolerance: float = TOLERANCE) -> None:
         host, self.system = system.host, system
         n = len(host.inertia)
         if n > MOST_COORDINATES:
@@ -119,8 +126,7 @@ class HostOrbits:
                 f"a host of {n} coordinates is too large for orbits; allowed: {MOST_COORDINATES}. "
                 "Reduce it: host.reduced(keep=20, statics=[...])"
             )
-        squares, self.modes = np.zeros(n), np.zeros((n, n))
-        fill_modes(host.M, host.K, squares, self.modes)
+        squares, self.modes = _modes_of(host)
         masses = np.array([damper.m for damper in system.dampers if damper.m is not None])
         self.size, size = n + len(masses), n + len(masses)
         inverse = np.concatenate([np.ones(n), 1 / masses])
@@ -205,8 +211,17 @@ class HostOrbits:
             tolerance=self.tolerance,
         )
 
-    def follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
+    def follow(self, state: np.ndarray, span: Span) -> tuple[int, np.ndarray, Impacts]:
         """Integrate an orbit; return its status, the sections and the impacts, `state` in place."""
+        room, start = 64 + IMPACTS_EXPECTED * span.periods, state.copy()
+        while True:
+            code, section, impacts = self._follow(state, span, room)
+            if code != OK or impacts.filled[0] <= room:
+                return code, section, impacts
+            room = int(impacts.filled[0])
+            state[:] = start
+
+    def _follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
         section = np.zeros((span.periods * span.stops, 2 * self.size))
         counts = np.zeros(self.walls.number, np.int64)
         data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
@@ -224,8 +239,13 @@ class HostOrbits:
             outer[..., 2 * n + part :: 2] = values[..., n:]
         return outer
 
-    def start(self, start: Sequence[float] | np.ndarray | None) -> np.ndarray:
-        """Return the kernels' state of a start in components."""
+    def start(
+        self, start: Sequence[float] | np.ndarray | None, is_put_on_walls: bool = False
+    ) -> np.ndarray:
+        """Return the kernels' state of a start in components.
+
+        A start inside a rigid wall is refused, unless kernels may put it on the wall.
+        """
         n, size = len(self.modes), self.size
         state = np.zeros(2 * size)
         if start is None:
@@ -248,11 +268,38 @@ class HostOrbits:
             strict=True,
         ):  # fmt: skip
             depth = sign * depths[link] - gap
-            if LAWS_IN_KERNELS[law][0] == "restitution" and depth > 1e-12 * abs(gap):
+            is_rigid = LAWS_IN_KERNELS[law][0] == "restitution"
+            if is_rigid and not is_put_on_walls and depth > 1e-12 * abs(gap):
                 raise RequestError(
                     f"start: {depth:.3g} m inside the rigid wall {name[1]!r} of damper {name[0]!r}"
                 )
         return state
+
+    def random_state(self, draws: np.ndarray) -> np.ndarray:
+        """Return a start (components,) of draws from [-1, 1), in the order of the components.
+
+        The displacement of a mode is 5 l times a draw, with the lesser l of its static deflection
+        and its amplitude far above resonance; a damper's r is 15 l times a draw, with the sum of
+        these l where it is attached, and between its walls.  Velocities are omega times as large.
+        """
+        n, size, body = len(self.modes), self.size, self.body
+        slowest = np.maximum(body.squares, body.omega * body.omega)
+        lengths = np.abs(body.push[:n]) / slowest
+        if not lengths.any():
+            lengths = FALLBACK_LENGTH / np.abs(self.modes).max(axis=0)
+        state = np.zeros(2 * size)
+        for part, unit in enumerate((1.0, body.omega)):
+            values = state[part * size : (part + 1) * size]
+            values[:n] = STRUCTURE_SPREAD * unit * lengths * draws[part : 2 * n : 2]
+            for i, draw in enumerate(draws[2 * n + part :: 2]):
+                row = body.rows.reshape(-1, size)[i, :n]
+                r = DAMPER_SPREAD * unit * draw * _sum(np.abs(row) * lengths)
+                if part == 0:
+                    for wall in np.flatnonzero(self.walls.links == i):
+                        sign = self.walls.signs[wall]
+                        r = sign * min(sign * r, self.walls.gaps[wall])
+                values[n + i] = _sum(row * values[:n]) - r
+        return self.states(state)
 
     def table_of(self, impacts: Impacts) -> np.ndarray:
         """Return the impacts as rows of dtype `IMPACT`."""
@@ -275,21 +322,34 @@ def host_record(record: Collection[str] | None) -> tuple[str, ...]:
 
 @stoppable
 def follow_host(
-    orbits: HostOrbits, state: np.ndarray, span: Span, quiet: bool
+    orbits: HostOrbits, state: np.ndarray, span: Span, tell: Tell | None
 ) -> tuple[int, np.ndarray, Impacts]:
-    """Integrate an orbit, and again with more room if it has more impacts than expected."""
-    room, start = 64 + 8 * span.periods, state.copy()
-    needed = Needed("a host", "exact", ())
-    with Compilation(needed, notice(quiet), helped=False).followed({_RUN: "orbit"}):
-        while True:
-            code, section, impacts = orbits.follow(state, span, room)
-            if code != OK or impacts.filled[0] <= room:
-                return code, section, impacts
-            room = int(impacts.filled[0])
-            state[:] = start
+    """Integrate an orbit, with a message if the kernels are compiled."""
+    with Compilation(Needed("a host", "exact", ()), tell, helped=False).followed({_RUN: "orbit"}):
+        return orbits.follow(state, span)
+
+
+def compile_host(tell: Tell | None) -> None:
+    """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
+    system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
+    follow_host(HostOrbits(system, 1.0), np.zeros(2), Span(0, 0, 1), tell)
 
 
 _RUN: Any = getattr(run_host, "entry", run_host)
+
+
+@lru_cache(maxsize=16)  # as cells of a scan have one host
+def _modes_of(host: Host) -> tuple[np.ndarray, np.ndarray]:
+    """Return the squares of a host's frequencies and its modes, which nobody writes into."""
+    n = len(host.inertia)
+    squares, modes = np.zeros(n), np.zeros((n, n))
+    fill_modes(host.M, host.K, squares, modes)
+    return squares, modes
+
+
+def _sum(values: np.ndarray) -> float:
+    """Return a sum in one order, so that bits are the same."""
+    return float(_times(values[None], np.ones((len(values), 1)))[0, 0])
 
 
 def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:

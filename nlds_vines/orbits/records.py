@@ -18,12 +18,14 @@ from nlds_vines.kernels.scene.codes import (
     TOO_STIFF,
 )
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
-from nlds_vines.model.scenes import LONGEST_NAME, Scene
+from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene
 
 WANTS = RECORDS  # the words that `[record] want` accepts
 
 # the default of `want`; `classify` and start orbits record the same and share its compiled kernels
 USUAL = ("section", "impacts", "energy", "regime")
+
+OF_HOSTS = ("section", "impacts", "speeds", "impact_section")  # the words of scans of hosts
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 
@@ -47,6 +49,8 @@ def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
     missing = {*RECORDS}.difference(
         *(entry.record[:1] for entry in QUANTITIES if entry.has(scene))
     )  # records of `simulate` alone are not in RECORDS
+    if scene.kind == HOST:
+        missing |= {*RECORDS} - {*OF_HOSTS}
     return tuple(word for word in want if word not in missing)
 
 
@@ -54,9 +58,10 @@ def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
     """Raise `RequestError` for the first record of `want` that a scene does not have."""
     for word in want:
         if word not in possible_want(want, scene):
+            lacks = "it" if scene.walls else "wall"
             raise RequestError(
                 f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
-                f"wall; allowed: {', '.join(possible_want(WANTS, scene))}"
+                f"{lacks}; allowed: {', '.join(possible_want(WANTS, scene))}"
             )
 
 
@@ -77,7 +82,11 @@ def noted(want: Collection[str], transient: int, periods: int) -> int:
 
 def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:
     """Return the largest number of impacts of an orbit whose touches are stored."""
-    return TOUCHES * periods if scene.walls and not _TOUCHED.isdisjoint(want) else 0
+    return (
+        TOUCHES * max(1, len(scene.dampers)) * periods
+        if scene.walls and not _TOUCHED.isdisjoint(want)
+        else 0
+    )
 
 
 # ---- impacts of one orbit ----

@@ -310,7 +310,9 @@ def simulate(
                 raise unknown("option of a host's orbit", name, allowed.split(", "))
         count = whole("samples", samples, 1, 10**6)
         span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
-        return _simulate_host(system, span, start, record, tolerance, quiet)
+        settings = chosen_settings(method, {"tolerance": tolerance})
+        of_host = HostBeginning(system, settings, start)
+        return of_host.follow(host_record(record), *span[:2], count, quiet=quiet)
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
@@ -322,34 +324,42 @@ def simulate(
     return begin.follow(record, transient, periods, samples, quiet=quiet)
 
 
-def _simulate_host(
-    system: HostSystem,
-    span: Span,
-    start: Sequence[float] | np.ndarray | None,
-    record: Collection[str] | None,
-    tolerance: float | str | None,
-    quiet: bool,
-) -> HostOrbit:
-    """Integrate an orbit of a host, as `simulate` does."""
-    words = host_record(record)
-    if "trajectory" not in words:
-        span = span._replace(stops=1)
-    orbits = HostOrbits(system, chosen_settings("exact", {"tolerance": tolerance}).stepped_to)
-    state = orbits.start(start)
-    code, section, impacts = follow_host(orbits, state, span, quiet)
-    if code != OK:
-        raise IntegrationError.of(system, code)
-    states, has_all = orbits.states(section), "trajectory" in words
-    count = span.first * span.stops + 1 + np.arange(len(states))
-    return HostOrbit(
-        system,
-        orbits.states(state),
-        section=states[span.stops - 1 :: span.stops] if "section" in words else None,
-        impacts=orbits.table_of(impacts) if "impacts" in words else None,
-        trajectory=states if has_all else None,
-        time=count * (system.period / span.stops) if has_all else None,
-        transient=span.first,
-    )
+class HostBeginning(NamedTuple):
+    """A state from which kernels follow an orbit of a host."""
+
+    system: HostSystem
+    settings: Settings
+    state: Any  # (components,) at phase zero, as of `simulate`
+    is_put_on_walls: bool = False  # whether a state inside a rigid wall is put on it, or refused
+
+    def follow(
+        self,
+        record: tuple[str, ...],
+        transient: int,
+        periods: int,
+        samples: int = 1,
+        *,
+        quiet: bool = True,
+    ) -> HostOrbit:
+        """Integrate the orbit as `simulate` does; raise `IntegrationError` if that fails."""
+        system, has_all = self.system, "trajectory" in record
+        span = Span(transient, periods, samples if has_all else 1)
+        orbits = HostOrbits(system, self.settings.stepped_to)
+        state = orbits.start(self.state, self.is_put_on_walls)
+        code, section, impacts = follow_host(orbits, state, span, notice(quiet))
+        if code != OK:
+            raise IntegrationError.of(system, code)
+        states = orbits.states(section)
+        count = span.first * span.stops + 1 + np.arange(len(states))
+        return HostOrbit(
+            system,
+            orbits.states(state),
+            section=states[span.stops - 1 :: span.stops] if "section" in record else None,
+            impacts=orbits.table_of(impacts) if "impacts" in record else None,
+            trajectory=states if has_all else None,
+            time=count * (system.period / span.stops) if has_all else None,
+            transient=span.first,
+        )
 
 
 class Beginning(NamedTuple):

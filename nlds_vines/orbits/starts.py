@@ -101,7 +101,7 @@ def _phase(value: object) -> float:
 
 
 def _numbers(state: object) -> tuple[float, ...]:
-    if isinstance(state, str) or not isinstance(state, Sequence) or len(state) not in (0, 2, 4):
+    if isinstance(state, str) or not isinstance(state, Sequence) or len(state) % 2:
         raise RequestError(f"state = {shown(state)} must be a list of 4 numbers, or of 2")
     return tuple(number("state", value) for value in state)
 
@@ -157,14 +157,14 @@ def starts_inside(
     return [f"{count} of {depth.size} starts {verb} inside a wall{moved}, {most}"]
 
 
-def start_states(start: Start) -> np.ndarray:
-    """Return uniform draws (starts, 4) in [-1, 1) for `random_states`, the same for each cell.
+def start_states(start: Start, size: int = 4) -> np.ndarray:
+    """Return uniform draws (starts, size) in [-1, 1) for `random_states`, the same for each cell.
 
     A larger number of starts with the same seed begins with the same draws.
     """
     generator = np.random.default_rng(start.seed)
     # the only product, by 2, is exact: the same bits on every processor
-    return generator.uniform(-1.0, 1.0, size=(start.orbits, 4))
+    return generator.uniform(-1.0, 1.0, size=(start.orbits, size))
 
 
 def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndarray:

@@ -414,7 +414,7 @@ def portrait_of(
 
     System, start and method are the cell's, so `changes` must not have them.
     """
-    scan, system = cell.scan, cell.begin.system
+    scan, system = cell.scan, cell.of_kind.system
     sampling = changes.get("sampling", {})
     beside = [key for key in ("system", "set", "start") if changes.get(key)]
     beside += [key for key in ("method", "tolerance") if key in sampling]

@@ -6,29 +6,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 from scipy.integrate import solve_ivp
+from support import as_host
 
 import nlds_vines as nv
 
 pytestmark = pytest.mark.kernels
-
-
-def as_host(system):
-    """Return a system of one damper as a host of one degree of freedom, and its rest offset."""
-    m1, k1, c1 = system.structure
-    host = nv.Host([[m1]], [[k1]], [[c1]], dofs=["x"])
-    scene, p = system.scene, system.parameters
-    gaps = {"near": scene.gap_near, "far": scene.gap_far}
-    walls = [
-        nv.Wall(gaps[wall](p), side, system.law, **system.contact(wall))
-        for wall, side in (("near", "+"), ("far", "-"))
-        if wall in scene.walls
-    ]
-    if scene.damper:
-        damper = nv.Damper("u", "x", m=p["m2"], k=p["k2"], c=p["c2"], walls=walls)
-    else:
-        damper = nv.Damper("u", ("x", "ground"), walls=walls)
-    force = {"x": system.force}
-    return nv.System.from_host(host, [damper], force=force, omega=p["omega"])
 
 
 KINDS = [

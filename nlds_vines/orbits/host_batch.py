@@ -1,0 +1,122 @@
+"""Many orbits of hosts, as `batch` runs those of kinds: one call of the kernels for each orbit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.errors import RequestError
+from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL, ROW_OF_IMPACT
+from nlds_vines.kernels.orbit.repetition import TOLERANCE, impacts_of, period_of
+from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.system import System
+from nlds_vines.orbits.batch import Kernels, Outputs, Wanted, on_threads
+from nlds_vines.orbits.host_orbits import HostOrbits, compile_host
+from nlds_vines.orbits.starts import Start, start_states
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.progress import Tell
+
+MOST_AT_ONCE = 4  # sweeps that a thread takes at a time: one may take longer than all others
+
+
+def kernels_for(
+    system: System | HostSystem, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True
+) -> Kernels | HostKernels:
+    """Return the kernels for orbits of a kind, or of a host."""
+    if isinstance(system, HostSystem):
+        return HostKernels(system, wanted, tell)
+    return Kernels(wanted, tell, helped=helped)
+
+
+class HostKernels:
+    """The kernels for orbits of a host whose parameters differ from cell to cell.
+
+    Cells are records of parameters (`HostSystem.cells`), starts are in the user's coordinates.
+    """
+
+    def __init__(self, system: HostSystem, wanted: Wanted, tell: Tell | None = None) -> None:
+        self._system, self._wanted, self._tell = system, wanted, tell
+        self.records = bool(wanted.want)
+
+    def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run sweeps (sweeps, cells) from `starts` (sweeps, components)."""
+        compile_host(self._tell)
+        outputs = Outputs.of(self._wanted, (len(sweeps), sweeps.shape[1]), transient, periods)
+        arguments = sweeps, starts, Span(transient, periods, 1), outputs
+        on_threads(self._sweep, arguments, len(sweeps), 1, MOST_AT_ONCE)
+        return outputs
+
+    def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return starts, which are in the user's coordinates."""
+        return states
+
+    def states(
+        self, sweeps: np.ndarray, starts: np.ndarray, span: Span
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return states (sweeps, cells, periods stops, components) and status."""
+        raise NotImplementedError
+
+    def _sweep(
+        self, begin: int, end: int, sweeps: np.ndarray, starts: np.ndarray, span: Span, out: Outputs
+    ) -> None:
+        """Run sweeps `begin` to `end` - 1; each cell begins where the orbit before it ended."""
+        for sweep in range(begin, end):
+            state = starts[sweep]
+            for link, cell in enumerate(sweeps[sweep]):
+                interrupts.check()
+                place = sweep, link
+                out.status[place], state = self._orbit(cell, state, span, out, place)
+                if out.status[place] != OK:
+                    state = np.zeros_like(state)
+
+    def _orbit(
+        self, cell: Any, start: np.ndarray, span: Span, out: Outputs, place: tuple[int, int]
+    ) -> tuple[int, np.ndarray]:
+        """Run an orbit and record it; return its status and its last state."""
+        try:
+            orbits = HostOrbits(in_cell(self._system, cell), self._wanted.settings.stepped_to)
+        except RequestError:  # samples, or corners of a grid, of which each value is allowed
+            return BAD_PARAMETERS, start
+        state = orbits.start(start, is_put_on_walls=True)
+        code, section, impacts = orbits.follow(state, span)
+        if code != OK:
+            return code, start
+        buffers, period = out.buffers, orbits.system.period
+        if buffers.section is not None:
+            buffers.section[place] = orbits.states(section)
+        rows = impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
+        walls, touches = rows[:, OF_WALL].astype(np.int64), rows[:, OF_TOUCH] / period
+        if buffers.touches is not None:
+            room = buffers.touches[place]
+            columns = np.stack([rows[:, OF_WALL], touches, rows[:, OF_SPEED]], axis=1)
+            room[: len(rows)] = columns[: len(room)]
+        by_period = np.zeros((span.periods, orbits.walls.number), np.int64)
+        np.add.at(
+            by_period, (np.clip(touches - span.first, 0, span.periods - 1).astype(int), walls), 1
+        )
+        if buffers.counts is not None:
+            buffers.counts[place][:-1] = by_period.sum(axis=0)
+            buffers.counts[place][-1] = np.count_nonzero(by_period.sum(axis=1) == 2)
+        if buffers.cycle is not None:
+            n = period_of(orbits.states(section), TOLERANCE)
+            by_wall = [impacts_of(by_period, wall, n) for wall in range(orbits.walls.number)]
+            buffers.cycle[place] = [n, *by_wall]
+        return code, orbits.states(state)
+
+
+def in_cell(system: HostSystem, cell: Any) -> HostSystem:
+    """Return the system of a cell of `HostSystem.cells`."""
+    return system.with_values(cell.dtype.names, cell.tolist())
+
+
+def host_starts(system: Any, cells: np.ndarray, start: Start, lanes: np.ndarray) -> np.ndarray:
+    """Return the starts (n, components) of the orbits `lanes` (n,) in the `cells` (n,)."""
+    size = len(system.scene.components)
+    if start.policy != "random":
+        return np.tile(np.array(start.state or np.zeros(size)), (len(cells), 1))
+    draws = start_states(start, size)[lanes]
+    pairs = zip(cells, draws, strict=True)
+    return np.array([HostOrbits(in_cell(system, cell)).random_state(draw) for cell, draw in pairs])

@@ -1,0 +1,144 @@
+"""Scans of hosts: their cells beside `simulate` and beside kinds, sweeps, starts, refusals."""
+
+import numpy as np
+import pytest
+from configurations import USUAL
+from support import as_host
+
+import nlds_vines as nv
+from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.run import Computer
+from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Axis
+from nlds_vines.orbits.starts import Start
+from nlds_vines.runs.executors import use_threads
+from scans import computed
+
+pytestmark = pytest.mark.kernels
+
+WANT = ("section", "impacts", "impact_section")
+SPAN = {"transient": 40, "periods": 30}
+
+
+def frame(law="restitution", **constants):
+    """Return a frame of three storeys with one cell between two walls, and one with a single."""
+    host = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.01)
+
+    def cell(name, m, sides):
+        walls = [nv.Wall(0.01, side, law=law, **constants) for side in sides]
+        return nv.Damper(name, attached_to="roof", m=m, walls=walls)
+
+    dampers = [cell("a", 300.0, "+-"), cell("b", 200.0, "-")]
+    return nv.System.from_host(host, dampers, force={"roof": 1500.0}, omega=12.59)
+
+
+RIGID, REST = frame(e=0.6), Start()
+
+
+def scan_of(axes, want=WANT, start=REST, system=RIGID, **settings):
+    axes = tuple(Axis(name, values) for name, values in axes.items())
+    return Scan("frame", system, axes, want, start, **SPAN | settings)
+
+
+def test_a_cell_is_an_orbit_of_simulate():
+    scan = scan_of({"omega": [12.0, 12.6], "a.gap": [0.006, 0.012]})
+    arrays = computed(scan)
+    assert scan.table.datasets["impacts_by_wall"].tail == ("damper", "wall")
+    for place in np.ndindex(2, 2):
+        values = {axis.name: axis.values[i] for axis, i in zip(scan.axes, place, strict=True)}
+        orbit = nv.simulate(RIGID.with_(**values), 30, transient=40, quiet=True)
+        impacts = orbit.impacts
+        assert (arrays["section"][place][0] == orbit.section).all()
+        assert arrays["impact_rate"][place][0] == len(impacts) / 30
+        speeds = arrays["impact_speed"][place][0]
+        assert (speeds[: len(impacts)] == impacts["speed"]).all()
+        words = list(scan.table.datasets["impact_wall"].flags)
+        walls = [words[code] for code in arrays["impact_wall"][place][0][: len(impacts)]]
+        assert walls == [f"{one}{side}" for one, side in impacts[["damper", "wall"]].tolist()]
+        if arrays["periodicity"][place][0] == 0:  # otherwise they count per nT
+            counts = arrays["impacts_by_wall"][place][0]
+            for i, damper in enumerate("ab"):
+                for j, side in enumerate("+-"):
+                    is_here = (impacts["damper"] == damper) & (impacts["wall"] == side)
+                    assert counts[i, j] == is_here.sum()
+    assert arrays["impact_rate"].max() > 2.0
+
+
+def test_one_degree_of_freedom_scans_as_its_kind():
+    system = nv.load_system("ssul-set6")
+    axes = {"omega": [5.5, 6.28, 7.45]}
+    kind = computed(scan_of(axes, USUAL, system=system, transient=1500))
+    scan = scan_of(axes, ("section", "impacts"), system=as_host(system), transient=1500)
+    host = computed(scan)
+    assert "impacts_by_wall" not in host
+    for name in ("periodicity", "impact_count", "impact_rate"):
+        np.testing.assert_array_equal(host[name], kind[name])
+    assert kind["impact_count"].max() > 0
+    settled = (kind["periodicity"] > 0)[..., 0]
+    difference = np.abs(host["section"] - kind["section"])[settled]
+    difference[..., 2] = np.abs(difference[..., 2] - system.rest)
+    assert settled.sum() > 1
+    assert difference.max() < 1e-7
+
+
+def test_sweeps_and_threads():
+    """A sweep follows the orbit before, put on a rigid wall that has come nearer."""
+    scan = scan_of({"omega": [12.5, 12.6], "a.gap": [0.006, 0.008, 0.01]}, start=Start("both"))
+    arrays = computed(scan)
+    state = None
+    for place in reversed(range(3)):
+        system = RIGID.with_(**{"omega": 12.6, "a.gap": scan.axes[1].values[place]})
+        if state is not None:
+            r = state[4] - state[6]  # of the roof and the cell a, moved about their center of mass
+            limit = system.dampers[0].walls[0].gap
+            excess = r - np.clip(r, -limit, limit)
+            state[4] -= 300.0 / 10_300.0 * excess
+            state[6] += 10_000.0 / 10_300.0 * excess
+        orbit = nv.simulate(system, 30, transient=40, start=state, quiet=True)
+        difference = np.abs(arrays["section"][1, place, 1] - orbit.section).max()
+        assert difference < 1e-9, place
+        state = orbit.state.copy()
+    assert np.abs(arrays["section"][1, 0, 0] - arrays["section"][1, 0, 1]).max() > 1e-9
+    pieces = []
+    use_threads(1)
+    try:
+        for block in [Block(0, ((0, 1), (0, 3))), Block(1, ((1, 2), (0, 3)))]:
+            pieces.append(Computer(scan).block(block))
+    finally:
+        use_threads(None)
+    for name, whole in arrays.items():
+        np.testing.assert_array_equal(whole, np.concatenate([one[name] for one in pieces]), name)
+    assert len(blocks_of(scan)) == 1
+
+
+def test_random_starts_lie_between_the_walls():
+    scan = scan_of({"a.gap": [0.001, 0.1]}, ("section",), Start("random", 6, 5))
+    states = computed(scan)["start_state"]
+    r = states[..., 4, np.newaxis] - states[..., [6, 8]]
+    assert (np.abs(r[0, :, 0]) <= 0.001 * (1 + 1e-12)).all()
+    assert (np.abs(r[1, :, 0]) > 0.001).any()
+    assert (r[..., 1] >= -0.01 * (1 + 1e-12)).all()
+    assert np.abs(states[0, :, 4]).max() > 0.0
+    np.testing.assert_array_equal(states[0][:, [0, 2, 4]], states[1][:, [0, 2, 4]])
+
+
+@pytest.mark.parametrize(
+    ("axes", "change", "text"),
+    [
+        ({"c.k": [1.0, 2.0]}, {}, "c.k"),
+        ({"a.stiffness": [1.0, 2.0]}, {}, "stiffness"),
+        ({"a.gap": [0.01], "a.gap+": [0.01]}, {}, "a.gap beside a.gap+: give one of them"),
+        ({"a.m": [0.0, 2.0]}, {}, "a.m = 0.0 is not allowed"),
+        ({"a.gap+": [-0.02, 0.1]}, {}, "overlap by 0.01 m"),
+        ({"omega": [12.0]}, {"start": Start(phase=1.0)}, "orbits of hosts begin at phase 0"),
+        ({"omega": [12.0]}, {"method": "rk4"}, "method of a host"),
+        ({"omega": [12.0]}, {"want": ("spectrum",)}, "want 'spectrum' cannot be had"),
+        ({"omega": [12.0]}, {"start": Start("state", state=(0.0, 1.0))}, "state has 2 numbers"),
+    ],
+)
+def test_refusals_are_one_line(axes, change, text):
+    with pytest.raises(RequestError) as error:
+        scan_of(axes, **change)
+    assert text in str(error.value)
+    assert "\n" not in str(error.value)

@@ -37,11 +37,8 @@ IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 MOST_COORDINATES = 200
 """The most coordinates of a host whose orbits are computed: a flight costs their square."""
 
-LAWS_IN_KERNELS = (
-    ("hertz", False), ("power", False), ("power", True), ("linear", False),
-    ("kelvin-voigt", False), ("restitution", False),
-)  # fmt: skip
-"""The laws of walls in the order of the numbers of `kernels.hosts.walls`; a rigid one is last."""
+LAWS_IN_KERNELS = ("hertz", "power", "linear", "kelvin-voigt", "restitution")
+"""The laws of walls in the order of the numbers of `kernels.hosts.walls`."""
 
 IMPACT = np.dtype(
     [
@@ -165,10 +162,7 @@ class HostOrbits:
             stiffness=np.array([float(damper.k) for damper in system.dampers]),
             dashpots=np.array([float(damper.c) for damper in system.dampers]),
         )
-        laws = [
-            LAWS_IN_KERNELS.index(("power" if wall.is_damped else wall.law, wall.is_damped))
-            for _, wall in walls
-        ]
+        laws = [LAWS_IN_KERNELS.index("power" if wall.is_damped else wall.law) for _, wall in walls]
         constants, margins = np.zeros(len(walls), _CONSTANTS), []
         for record, (_, wall) in zip(constants, walls, strict=True):
             record["exponent"] = 1.5
@@ -184,7 +178,7 @@ class HostOrbits:
             signs=np.array([SIDES[wall.side] for _, wall in walls]),
             gaps=np.array([wall.gap for _, wall in walls]),
             inverse=np.array([np.sum(rows[i] * rows[i] * inverse) for i, _ in walls]),
-            laws=Laws(*[WALLS[law] for law in LAWS_IN_KERNELS[:-1]]),
+            laws=Laws(WALLS["hertz", False], WALLS["power", True], WALLS["linear", False]),
             law=np.array(laws, dtype=np.int64),
             constants=constants.view(np.recarray),
             margins=np.array(margins, dtype=float),
@@ -207,7 +201,6 @@ class HostOrbits:
             forces=np.zeros(count),
             matrix=np.zeros((count, count + 1)),
             rebounds=np.zeros(count),
-            still=np.zeros(count),
             tolerance=self.tolerance,
         )
 
@@ -268,7 +261,7 @@ class HostOrbits:
             strict=True,
         ):  # fmt: skip
             depth = sign * depths[link] - gap
-            is_rigid = LAWS_IN_KERNELS[law][0] == "restitution"
+            is_rigid = LAWS_IN_KERNELS[law] == "restitution"
             if is_rigid and not is_put_on_walls and depth > 1e-12 * abs(gap):
                 raise RequestError(
                     f"start: {depth:.3g} m inside the rigid wall {name[1]!r} of damper {name[0]!r}"

@@ -1,5 +1,7 @@
 """Derivatives of hosts' orbits: beside differences, determinants, and kernels of one damper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from host_flows import HostMap
@@ -104,7 +106,7 @@ def test_an_orbit_on_a_wall_that_holds_varies_along_it():
     assert row @ begun.matrix[:n] == pytest.approx(0, abs=1e-12)
     off = np.concatenate([row / (row @ row), np.zeros(n)])
     scales = flow.scales(orbit.sections)
-    assert np.abs(orbit.matrix @ (scales * off)).max() < 0.1
+    assert np.abs(orbit.matrix @ off).max() < 1e-12
     for c in range(flow.size):
         direction = scales * np.eye(flow.size)[c]
         for part in (direction[:n], direction[n:]):  # along the wall
@@ -136,9 +138,18 @@ def test_multipliers_are_those_of_a_system_of_one_damper(name, changes):
 
 
 def test_volumes_shrink_by_the_trace_where_contacts_conserve_energy():
-    for seed in (0, 1, 2, 8, 9):
-        flow = HostMap(random_system(seed))
+    touched = 0
+    for seed in range(4):
+        system = random_system(seed)
+        dampers = [
+            replace(damper, walls=[nv.Wall(wall.gap, wall.side, K=1e7) for wall in damper.walls])
+            for damper in system.dampers
+        ]
+        load = {"force": dict(system.force), "omega": system.omega}
+        flow = HostMap(nv.System.from_host(system.host, dampers, **load))
         orbit = flow(np.zeros(flow.size), 3)
         scales = flow.scales(orbit.sections)
         _, volume = np.linalg.slogdet(orbit.matrix * scales / scales[:, None])
         assert volume == pytest.approx(orbit.trace * 3 * flow.orbits.body.period, abs=1e-7), seed
+        touched += sum(orbit.counts)
+    assert touched > 10

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 from ..motion.flight import ORDER
 from ..numerics.compiling import jit
-from ..numerics.fours import bare
 
 
 class Body(NamedTuple):
@@ -37,15 +36,6 @@ class Body(NamedTuple):
     answers: Any  # (links * size,) accelerations by a unit force along r [1/kg], times -1
     stiffness: Any  # (links,) k of the links [N/m]
     dashpots: Any  # (links,) c of the links [N s/m]
-
-
-@jit
-def bare_body(body):
-    return Body(
-        body.modes, body.size, body.links, body.omega, body.period, body.drives, bare(body.paces),
-        bare(body.squares), bare(body.damping), bare(body.coupling), body.coupled, bare(body.push),
-        bare(body.rows), bare(body.answers), bare(body.stiffness), bare(body.dashpots),
-    )  # fmt: skip
 
 
 @jit

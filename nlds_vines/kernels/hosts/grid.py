@@ -21,7 +21,6 @@ import numpy as np
 from ..motion.flight import FEWEST_CELLS, ORDER, REACH
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn, hypotenuse
-from ..numerics.fours import bare
 from .body import accelerate
 
 MOST_HALVINGS = 14
@@ -45,15 +44,6 @@ class HostGrid(NamedTuple):
     forced: Any  # (links,) by the force; of a load in time, in the period
     by_drive: Any  # links * D: the same by bounds of the numbers of a drive
     polynomials: Any  # links * (ORDER + 1) * (N + D): Taylor coefficients of r in a smallest cell
-
-
-@jit
-def bare_host_grid(grid):
-    return HostGrid(
-        grid.cells, grid.levels, grid.h, grid.rate, grid.drives, bare(grid.propagators),
-        grid.is_harmonic, bare(grid.phases), bare(grid.scales), bare(grid.fourth),
-        bare(grid.forced), bare(grid.by_drive), bare(grid.polynomials),
-    )  # fmt: skip
 
 
 @jit

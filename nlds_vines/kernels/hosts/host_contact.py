@@ -31,7 +31,6 @@ from ..events.contact import (
 from ..laws.restitution import BRIEF
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST, exp, exponent_of, log, power_of_two
-from ..numerics.fours import bare
 from ..numerics.roots import guarded
 from ..scene.law import (
     AT_Q,
@@ -148,7 +147,7 @@ def expand(body, walls, contacts, drive, unit, y):
             k[at + FORCE] = force * contacts.pushes[wall]
             contacts.scales[SCALES * wall + OWN_SHARE] = share
             push_link(body, link, sign * k[at + FORCE], S, row + 2 * size)
-        hold(body, walls, contacts, row + 2 * size, S, contacts.still)
+        hold(body, walls, contacts, row + 2 * size, S)
         S[row + extra + OF_TOTAL] = fill_weights(contacts, n)
         for c in range(count):
             wall = active[1 + c]
@@ -362,7 +361,7 @@ def defect_of(body, walls, contacts, drive, x, y, work):
         scales[SCALES * wall + OWN_WEIGHT] = seen.weight
         scales[SCALES * wall + OWN_RATE] = seen.rate
         total *= seen.weight
-    hold(body, walls, contacts, 0, work, contacts.still)
+    hold(body, walls, contacts, 0, work)
     for c in range(count):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
@@ -405,14 +404,6 @@ class Impacts(NamedTuple):
 
 OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST = range(6)
 ROW_OF_IMPACT = 6
-
-
-@jit
-def bare_impacts(impacts):
-    return Impacts(
-        bare(impacts.data), bare(impacts.filled), impacts.room, bare(impacts.counts),
-        bare(impacts.slowest),
-    )  # fmt: skip
 
 
 @jit
@@ -461,7 +452,7 @@ def strike(host, varied, wall, time, drive, y):
     # at rest on all of them
     for i in range(size):
         work[size + i], work[2 * size + i] = y[size + i], y[size + i]
-    hold(body, walls, contacts, size, work, contacts.still)
+    hold(body, walls, contacts, size, work)
     for i in range(size):
         y[size + i] = work[size + i]
     struck = active[0]
@@ -477,7 +468,7 @@ def strike(host, varied, wall, time, drive, y):
         contacts.pushes[other] = 1.0 if stays else 0.0
     for i in range(size):
         y[size + i] = work[2 * size + i]
-    hold(body, walls, contacts, size, y, contacts.rebounds)
+    hold(body, walls, contacts, size, y)
     if varied is not None:
         vary_at_impact(body, walls, contacts, varied, wall)
     for c in range(struck - 1, before - 1, -1):

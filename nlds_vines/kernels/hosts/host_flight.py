@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
-from ..numerics.fours import bare
 from ..numerics.roots import highest, only_rises
 from ..watch.touch import AT_R, LOST, first_touch, tightened
 from .body import along, move
@@ -27,14 +26,6 @@ class Scratch(NamedTuple):
     drive: Any  # (drives,) at an instant
     gaps: Any  # 4 links: r and s at the beginning of a cell, and at its end
     polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
-
-
-@jit
-def bare_scratch(scratch):
-    return Scratch(
-        bare(scratch.end), bare(scratch.work), bare(scratch.drive), bare(scratch.gaps),
-        bare(scratch.polynomial),
-    )  # fmt: skip
 
 
 @jit

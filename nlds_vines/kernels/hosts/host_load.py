@@ -18,7 +18,7 @@ from .body import Body
 from .grid import put_load
 from .host_contact import release
 from .host_flight import drive_of
-from .host_orbit import bare_host, host_flow, new_host_state, place_host_state, run_part
+from .host_orbit import host_flow, new_host_state, place_host_state, run_part
 from .walls import IS_RIGID, outward_at, push_all
 
 ALIKE_CELLS = 1.0e-14  # round-off of a cell's length, in units of the largest time
@@ -78,7 +78,7 @@ def run_host_under(body, walls, contacts, load, state, section, impacts):
 @jit
 def run_cells(flow, load, first, last, state, section):
     """Advance a state through cells of equal length, with the walls in contact as they are."""
-    host, y = bare_host(flow.host), bare(state)
+    host, y = bare(flow.host), bare(state)
     body, grid, size = host.body, host.grid, host.body.size
     for p in range(first, last):
         put_load(body, grid, load.rows, p)

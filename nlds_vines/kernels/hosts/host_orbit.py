@@ -18,12 +18,12 @@ from ..orbit.orbit import HUGE, MOST_TOUCHES
 from ..orbit.variations import TOGETHER
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
-from .body import along, bare_body
-from .grid import bare_host_grid, host_grid
-from .host_contact import Impacts, PreparedHost, bare_impacts, begin, follow, put_on, strike
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, bare_scratch, drive_of, fly
-from .host_variations import bare_varied, varied_of, vary_flight, vary_on_hold
-from .walls import IS_RIGID, bare_contacts, bare_walls, hold, outward_at, push_all, start_of
+from .body import along
+from .grid import host_grid
+from .host_contact import Impacts, PreparedHost, begin, follow, put_on, strike
+from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly
+from .host_variations import varied_of, vary_flight, vary_on_hold
+from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
 
@@ -86,14 +86,6 @@ def host_flow(body, walls, contacts, impacts, stops):
     return flow, OK if is_fine else TOO_STIFF
 
 
-@jit
-def bare_host(host):
-    return PreparedHost(
-        bare_body(host.body), bare_host_grid(host.grid), bare_walls(host.walls),
-        bare_contacts(host.contacts), bare_impacts(host.impacts), bare_scratch(host.scratch),
-    )  # fmt: skip
-
-
 # ---- states --------------------------------------------------------------------------------------
 
 
@@ -146,7 +138,7 @@ def place_host_state(flow, y, state):
     A state beyond a compliant wall is a contact under way. A rigid wall is not penetrated: a state
     beyond it is put on it, and a state at rest on it is held if it is pressed.
     """
-    host = bare_host(flow.host)
+    host = bare(flow.host)
     body, walls, contacts, size = host.body, host.walls, host.contacts, host.body.size
     state[:] = 0.0
     for i in range(2 * size):
@@ -176,7 +168,7 @@ def place_host_state(flow, y, state):
         if is_held and outward_at(body, walls, wall, work, 0) > 0.0:
             active[0] += 1
             active[active[0]] = wall
-            hold(body, walls, contacts, size, bare_state, contacts.still)
+            hold(body, walls, contacts, size, bare_state)
     write_contacts(walls, contacts, bare_state, 2 * size)
 
 
@@ -194,7 +186,7 @@ def run_host(body, walls, contacts, span, state, section, impacts):
         return status
     whole = new_host_state(flow)
     place_host_state(flow, state, whole)
-    status = loop(bare_host(flow.host), None, span, bare(whole), section)
+    status = loop(bare(flow.host), None, span, bare(whole), section)
     for i in range(flow.space.size):
         state[i] = whole[i]
     return status
@@ -206,7 +198,7 @@ def run_on_host(flow, rows, periods, state):
 
     rows: rows for the sections, as far as there is room.
     """
-    return loop(bare_host(flow.host), None, Span(0, periods, 1), bare(state), rows)
+    return loop(bare(flow.host), None, Span(0, periods, 1), bare(state), rows)
 
 
 @jit
@@ -217,10 +209,10 @@ def advance_host(flow, rows, periods, tangent, state):
     Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
     values of all calls. Returns a status.
     """
-    host, whole = bare_host(flow.host), varied_of(flow.host.body, tangent)
-    varied, counts, status = bare_varied(whole), flow.host.impacts.counts, OK
+    host, whole = bare(flow.host), varied_of(flow.host.body, tangent)
+    varied, counts, status = bare(whole), flow.host.impacts.counts, OK
     read_contacts(host.walls, host.contacts, bare(state), flow.space.size)
-    vary_on_hold(host.body, host.walls, host.contacts, varied, host.scratch.work)
+    vary_on_hold(host.body, host.walls, host.contacts, varied)
     for p in range(periods):
         counts[:] = 0
         status = loop(host, varied, Span(0, 1, 1), bare(state), rows[p:])

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..numerics.compiling import jit
-from ..numerics.fours import bare, from_place
+from ..numerics.fours import from_place
 from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, move, push_link
 from .host_flight import advance
@@ -45,11 +45,6 @@ def varied_of(body, tangent):
     N = 2 * body.size
     series = np.zeros(3 * body.size * (HIGHEST + 1))
     return Varied(tangent, series, np.zeros(body.drives), np.zeros(N), np.zeros(N))
-
-
-@jit
-def bare_varied(v):
-    return Varied(bare(v.rows), bare(v.series), bare(v.free), bare(v.before), bare(v.late))
 
 
 # ---- flight --------------------------------------------------------------------------------------
@@ -115,7 +110,7 @@ def vary_step(body, walls, contacts, varied, weights, x):
                 force = product(k, int(STIFF), int(VARIED), n)
                 force += product(k, int(DRAG), int(VARIED_S), n)
                 push_link(body, link, force * contacts.pushes[wall], S, row + 2 * size)
-            hold(body, walls, contacts, row + 2 * size, S, contacts.still)
+            hold(body, walls, contacts, row + 2 * size, S)
             after, per = row + width, contacts.unit[0] / (n + 1.0)
             for i in range(2 * size):
                 S[after + i] = 0.0
@@ -144,7 +139,7 @@ def vary_jump(body, walls, contacts, varied, wall, direction):
         r, _ = along(body, link, varied.rows, N * c)
         force = direction * walls.constants[wall].cc * r
         push_link(body, link, force, varied.rows, N * c + size)
-        hold(body, walls, contacts, N * c + size, varied.rows, contacts.still)
+        hold(body, walls, contacts, N * c + size, varied.rows)
 
 
 @jit
@@ -172,7 +167,7 @@ def vary_at_impact(body, walls, contacts, varied, wall):
         varied.late[c] = late
         for i in range(N):
             varied.rows[N * c + i] += late * before[i]
-        hold(body, walls, contacts, N * c + size, varied.rows, contacts.rebounds)
+        hold(body, walls, contacts, N * c + size, varied.rows)
 
 
 @jit
@@ -185,28 +180,11 @@ def vary_after_impact(body, walls, contacts, varied, drive, y, work):
         for i in range(size):
             varied.rows[N * c + i] -= late * y[size + i]
             varied.rows[N * c + size + i] -= late * work[i]
-    vary_on_hold(body, walls, contacts, varied, work)
+    vary_on_hold(body, walls, contacts, varied)
 
 
 @jit
-def vary_on_hold(body, walls, contacts, varied, work):
-    """Project variations onto the motions that rigid walls in contact leave.
-
-    A displaced mass falls back to its wall while momentum is conserved. On its way dashpots act on
-    the change of the displacements.
-    """
-    active, size, N, rows, is_held = contacts.active, body.size, 2 * body.size, varied.rows, False
-    for c in range(active[0]):
-        is_held = is_held or walls.law[active[1 + c]] == IS_RIGID
-    if not is_held:
-        return
-    for c in range(N):
-        for i in range(size):
-            work[i], work[size + i] = 0.0, -rows[N * c + i]
-        hold(body, walls, contacts, N * c, rows, contacts.still)
-        for i in range(size):
-            work[size + i] += rows[N * c + i]
-        accelerate(body, work, 0, 0.0, work, 2 * size)
-        for i in range(size):
-            rows[N * c + size + i] += work[2 * size + i]
-        hold(body, walls, contacts, N * c + size, rows, contacts.still)
+def vary_on_hold(body, walls, contacts, varied):
+    """Project variations onto the motions that rigid walls in contact leave: momentum is kept."""
+    for at in range(0, 4 * body.size * body.size, body.size):
+        hold(body, walls, contacts, at, varied.rows)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from ..events.contact import FAINT
 from ..numerics.compiling import jit
 from ..numerics.deciding import says
-from ..numerics.fours import bare, from_place
+from ..numerics.fours import from_place
 from ..numerics.matrices import solve
 from ..scene.law import (
     AT_Q,
@@ -66,14 +66,12 @@ class Walls(NamedTuple):
 class Laws(NamedTuple):
     """A wall of each compliant law, of which only the type matters."""
 
-    hertz: Any
-    power: Any
-    damped: Any  # of power and of Hertz' law
+    hertz: Any  # without damping
+    power: Any  # with damping, of Hertz' law, too; it may be 0
     linear: Any
-    pulling: Any  # linear, with a joint that may pull
 
 
-IS_HERTZ, IS_POWER, IS_DAMPED, IS_SPRING, IS_PULLING, IS_RIGID = range(6)
+IS_HERTZ, IS_POWER, IS_SPRING, IS_PULLING, IS_RIGID = range(5)  # IS_PULLING: a joint may pull
 
 
 class Contacts(NamedTuple):
@@ -90,8 +88,7 @@ class Contacts(NamedTuple):
     end: Any  # (2 size,) the state at the end of a step
     forces: Any  # (walls,) of rigid walls [N]
     matrix: Any  # (walls, walls + 1) scratch for them
-    rebounds: Any  # (walls,) e of walls that are struck
-    still: Any  # (walls,) zeros: of walls that hold
+    rebounds: Any  # (walls,) e of walls that are being struck, otherwise 0
     tolerance: float
 
 
@@ -99,23 +96,6 @@ class Contacts(NamedTuple):
 # step dt/dtheta and dq/dtheta of its own
 FAST, ROOT, OWN_SHARE, OWN_WEIGHT, OWN_RATE = range(5)
 SCALES = 5
-
-
-@jit
-def bare_walls(walls):
-    return Walls(
-        walls.number, bare(walls.links), bare(walls.signs), bare(walls.gaps), bare(walls.inverse),
-        walls.laws, bare(walls.law), walls.constants, bare(walls.margins),
-    )  # fmt: skip
-
-
-@jit
-def bare_contacts(c):
-    return Contacts(
-        bare(c.active), bare(c.q), bare(c.pushes), bare(c.rows), bare(c.scratch), bare(c.series),
-        bare(c.scales), bare(c.unit), bare(c.end), bare(c.forces), c.matrix, bare(c.rebounds),
-        bare(c.still), c.tolerance,
-    )  # fmt: skip
 
 
 @jit
@@ -210,12 +190,8 @@ def fill(walls, wall, k, n):
         result = fill_wall(wall_of(laws.hertz, walls, wall), k, n)
     if law == IS_POWER:
         result = fill_wall(wall_of(laws.power, walls, wall), k, n)
-    if law == IS_DAMPED:
-        result = fill_wall(wall_of(laws.damped, walls, wall), k, n)
-    if law == IS_SPRING:
+    if law in (IS_SPRING, IS_PULLING):
         result = fill_wall(wall_of(laws.linear, walls, wall), k, n)
-    if law == IS_PULLING:
-        result = fill_wall(wall_of(laws.pulling, walls, wall), k, n)
     return result
 
 
@@ -226,8 +202,6 @@ def steepen(walls, wall, k, n):
         steepen_wall(wall_of(laws.hertz, walls, wall), k, n)
     if law == IS_POWER:
         steepen_wall(wall_of(laws.power, walls, wall), k, n)
-    if law == IS_DAMPED:
-        steepen_wall(wall_of(laws.damped, walls, wall), k, n)
     if law in (IS_SPRING, IS_PULLING):
         steepen_wall(wall_of(laws.linear, walls, wall), k, n)
 
@@ -240,12 +214,8 @@ def look(walls, wall, q, s, external, rate):
         result = seen_at(wall_of(laws.hertz, walls, wall), b, q, s, external, rate)
     if law == IS_POWER:
         result = seen_at(wall_of(laws.power, walls, wall), b, q, s, external, rate)
-    if law == IS_DAMPED:
-        result = seen_at(wall_of(laws.damped, walls, wall), b, q, s, external, rate)
-    if law == IS_SPRING:
+    if law in (IS_SPRING, IS_PULLING):
         result = seen_at(wall_of(laws.linear, walls, wall), b, q, s, external, rate)
-    if law == IS_PULLING:
-        result = seen_at(wall_of(laws.pulling, walls, wall), b, q, s, external, rate)
     return result
 
 
@@ -256,8 +226,6 @@ def start_of(walls, wall, external, depth):
         result = begin_at(wall_of(laws.hertz, walls, wall), external, depth)
     if law == IS_POWER:
         result = begin_at(wall_of(laws.power, walls, wall), external, depth)
-    if law == IS_DAMPED:
-        result = begin_at(wall_of(laws.damped, walls, wall), external, depth)
     if law in (IS_SPRING, IS_PULLING):
         result = 0.0, depth
     return result
@@ -276,11 +244,11 @@ def outward_at(body, walls, wall, accelerations, at):
 
 
 @jit
-def hold(body, walls, contacts, at, out, rebounds):
+def hold(body, walls, contacts, at, out):
     """Add to the accelerations out[at : at + size] the forces of rigid walls in contact.
 
     They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses;
-    those of walls that are struck are (1 + `rebounds`) times as large, by wall.
+    those of walls that are struck are (1 + `rebounds`) times as large.
     """
     active, size, matrix, count = contacts.active, body.size, contacts.matrix, 0
     for c in range(active[0]):
@@ -289,7 +257,7 @@ def hold(body, walls, contacts, at, out, rebounds):
             continue
         sign, row, column = walls.signs[wall], walls.links[wall] * size, 0
         outward = outward_at(body, walls, wall, out, at)
-        matrix[count, -1] = (1.0 + rebounds[wall]) * outward
+        matrix[count, -1] = (1.0 + contacts.rebounds[wall]) * outward
         for d in range(active[0]):
             other = active[1 + d]
             if walls.law[other] == IS_RIGID:
@@ -327,4 +295,4 @@ def push_all(body, walls, contacts, drive, y, work):
             sign = walls.signs[wall]
             seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
             push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
-    hold(body, walls, contacts, 0, work, contacts.still)
+    hold(body, walls, contacts, 0, work)

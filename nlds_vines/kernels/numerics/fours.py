@@ -38,28 +38,46 @@ from numba.extending import lower_builtin, models, register_model, type_callable
 BARE = types.CPointer(types.float64)  # its type: read and written by index, as an array
 
 
-def bare(array: Any) -> Any:
-    """Return a contiguous row of numbers as a bare row; a bare row or None as it is."""
-    return array
+def bare(part: Any) -> Any:
+    """Return a contiguous row of numbers as a bare row, a named tuple with all its rows bare.
+
+    Anything else, a table or a row of records, too, stays as it is.
+    """
+    return part
 
 
 @type_callable(bare)
 def _as_row(context: Any) -> Any:
-    def rule(kind: Any) -> Any:
-        if isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C":
-            return types.CPointer(kind.dtype)
-        return kind if isinstance(kind, types.CPointer | types.NoneType) else None
-
-    return rule
+    return _bared
 
 
-@lower_builtin(bare, types.Array)
+def _bared(kind: Any) -> Any:
+    """Return the type of a bare part."""
+    if isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C":
+        return kind if isinstance(kind.dtype, types.Record) else types.CPointer(kind.dtype)
+    if isinstance(kind, types.NamedTuple | types.NamedUniTuple):
+        fields = [_bared(field) for field in kind.types]
+        return types.BaseTuple.from_types(fields, kind.instance_class)
+    return kind
+
+
+@lower_builtin(bare, types.Any)
 def _begin(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return context.make_array(sig.args[0])(context, builder, args[0]).data
+    return _bare_value(context, builder, sig.args[0], args[0])
 
 
-for _kind in (types.CPointer, types.NoneType):
-    lower_builtin(bare, _kind)(lambda context, builder, sig, args: args[0])
+def _bare_value(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    to = _bared(kind)
+    if to == kind:
+        context.nrt.incref(builder, kind, value)
+        return value
+    if isinstance(kind, types.Array):
+        return context.make_array(kind)(context, builder, value).data
+    fields = [
+        _bare_value(context, builder, field, builder.extract_value(value, i))
+        for i, field in enumerate(kind.types)
+    ]
+    return context.make_tuple(builder, to, fields)
 
 
 def from_place(row: Any, i: int) -> Any:

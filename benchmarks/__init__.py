@@ -7,6 +7,7 @@
     costs            the cost of walls, limits and records
     load_costs       a cell under a load beside one under the harmonic force
     load_rivals      one blow beside the solvers of others
+    hosts            frames of 1 to 20 storeys beside the solvers of others: docs/hosts.md
     contact_laws     the same damper under each contact law: docs/contact-laws.md
     polish           gradients in a tuning under a load: docs/tuning.md
     explore          the wait from a click to the drawn orbit, in a browser

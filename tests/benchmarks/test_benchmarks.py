@@ -7,7 +7,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from benchmarks import accuracy, extremes, mutants
+from benchmarks import accuracy, extremes, hosts, mutants
 from benchmarks.accuracy import SOLVERS, Point, cost, points_of
 from benchmarks.extremes import EXTREMES
 from benchmarks.house import STEPS, TARGETS, areas, progress, shape, source_counts
@@ -50,6 +50,19 @@ def test_scipy_is_split_where_contacts_begin():
     assert len(touches) == len(orbit.impacts) > 0
     np.testing.assert_allclose(touches, orbit.impacts["touch"], rtol=1e-8)
     np.testing.assert_allclose(section, orbit.section, atol=1e-8)
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", hosts.PROGRAMS)
+def test_programs_follow_a_frame_through_an_impact(name):
+    make, package, _ = hosts.PROGRAMS[name]
+    pytest.importorskip(package)
+    system = hosts.frame_of(3, hosts.NEAR)
+    state = simulate(system, 1, transient=40, quiet=True).state
+    start = state.reshape(-1, 2).T.ravel()
+    truth = hosts.ours(system, start)(hosts.FINEST, 2)
+    error = np.abs(make(system, start)(1e-10, 2) - truth).max()
+    assert error < 1e-7 * np.abs(state).max()
 
 
 def test_a_cost_is_interpolated_along_the_cheapest_settings():

@@ -152,7 +152,8 @@ class Job(commands.Job):
             spectral = self.request.spectral
             signals = () if spectral is None else spectral.signals
             sampled = self.request.sampled
-            recorded = quantities(datasets.values(), self.request.system.scene.components, signals)
+            scene = self.request.system.scene
+            recorded = quantities(datasets.values(), scene.components, signals, scene.dampers)
             if sampled is not None:
                 panels = sample_panels(recorded, sampled.names, "label" in datasets)
                 for word in self.show.split(","):

@@ -52,7 +52,7 @@ INADMISSIBLE = ", inadmissible"  # ends the label of an orbit that passes the li
 PASSED = "\\\\\\\\"  # the hatch over such orbits
 
 _HATCHES = {HATCHED: "//////"}
-_PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9}))?")
+_PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9})(?: \([0-9]+(?:\+[0-9]+)+\))?)?")
 _MOST_WHITE = 0.53  # share of white in the color of a regime without impacts
 _MOST_BLACK = 0.34  # share of black in that of a regime with ever more impacts
 _DARKER = 0.3  # share of black in the color of a regime that was reached through chaos
@@ -61,7 +61,7 @@ _INK = 150.0  # luma that the color of a dot on white paper has at most
 
 
 def period_and_impacts(label: str) -> tuple[int, int] | None:
-    """Return n and k of a label `nT,k`; None for any other regime."""
+    """Return n and k of a label `nT,k` or `nT,k (k1+k2)`; None for any other regime."""
     match = _PERIODIC.fullmatch(label)
     return (int(match[1] or 1), int(match[2] or 0)) if match else None
 

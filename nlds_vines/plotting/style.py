@@ -115,6 +115,7 @@ def labeled(meaning: str, symbol: str, unit: str) -> str:
 
 _GREEK = {"ω": r"\omega", "ν": r"\nu", "ζ": r"\zeta", "φ": r"\varphi", "λ": r"\lambda"}
 _LATEX = {**_GREEK, "₀": "_0", "₁": "_1", "₂": "_2"}
+_SPECIAL = re.compile(r"[ _#%&{}]")  # of names within a formula
 _EXTREME = re.compile("(max|peak)$")
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
 _SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
@@ -126,7 +127,16 @@ def latex_symbol(parameter: str) -> str:
 
 
 def in_latex(symbol: str) -> str:
-    """Return a symbol such as ω, E₁max or z_min in LaTeX, as fonts lack the Unicode subscripts."""
+    """Return a symbol such as ω, E₁max or z_min in LaTeX, as fonts lack the Unicode subscripts.
+
+    That of a host's parameter, `gap+ of cell`, has its wall above and its owner below.
+    """
+    key, of, owner = symbol.partition(" of ")
+    if of:
+        letters, side = key.rstrip("+-"), key[len(key.rstrip("+-")) :]
+        head = f"{{{in_latex(letters)}}}" if len(letters) < 3 else rf"\mathrm{{{letters}}}"
+        below = _SPECIAL.sub(r"\\\g<0>", owner)
+        return head + (f"^{{{side}}}" if side else "") + rf"_{{\mathrm{{{below}}}}}"
     text = "".join(_LATEX.get(letter, letter) for letter in symbol)
     text = _EXTREME.sub(lambda match: rf"^{{\,\mathrm{{{match[1]}}}}}", text)
     return text.replace("_min", r"_\mathrm{min}")

@@ -6,14 +6,17 @@ from configurations import USUAL
 from support import as_host
 
 import nlds_vines as nv
+from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.picture.choices import group, quantities_in, usual_places
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.starts import Start
+from nlds_vines.plotting.style import setting_label
 from nlds_vines.runs.executors import use_threads
-from scans import computed
+from scans import archived, computed
 
 pytestmark = pytest.mark.kernels
 
@@ -121,6 +124,23 @@ def test_random_starts_lie_between_the_walls():
     assert (r[..., 1] >= -0.01 * (1 + 1e-12)).all()
     assert np.abs(states[0, :, 4]).max() > 0.0
     np.testing.assert_array_equal(states[0][:, [0, 2, 4]], states[1][:, [0, 2, 4]])
+
+
+def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
+    scan = scan_of({"omega": [12.0, 12.6], "a.gap": [0.006]})
+    path = archived(tmp_path / "x.h5", scan, computed(scan))
+    with read(path) as view:
+        drawn = quantities_in(view)
+        assert usual_places(view, drawn) == ["a", "roof"]
+        assert group("velocity", drawn)[0] == "v_b"
+        assert drawn["v_roof"].label == "velocity of roof [m/s]"
+        assert drawn["impacts_by_wall:a"].of(view).shape == (2, 1, 1, 2)
+        labels = [panel.get_ylabel() for panel in nv.plot(path).axes]
+        assert labels[:2] == ["displacement of a [m]", "displacement of roof [m]"]
+        (legend,) = filter(None, (panel.get_legend() for panel in nv.plot(path).axes))
+        words = [text.get_text() for text in legend.get_texts()]
+        assert words == ["wall a+", "wall a-", "wall b-"]
+        assert setting_label("a.gap", 0.006) == r"$\mathrm{gap}_{\mathrm{a}}=0.006$ m"
 
 
 @pytest.mark.parametrize(

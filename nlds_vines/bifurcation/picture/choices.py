@@ -18,7 +18,8 @@ from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.labels import CHAOS
-from nlds_vines.model.quantities import MAPS, STRUCTURE, drawn_in, stored_in
+from nlds_vines.model.quantities import COORDINATES, MAPS, STRUCTURE, drawn_in, stored_in
+from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.orbits.spectrum import SIGNALS
@@ -26,6 +27,7 @@ from nlds_vines.plotting.bands import drawable, is_list
 from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
 
 SIGNAL = "signal"  # the dimension along which spectral quantities differ in their signal
+DAMPER = "damper"  # that of several dampers of a host
 SECTION = "section"  # the dataset whose components are quantities of their own
 _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
 
@@ -44,11 +46,11 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        if SIGNAL not in self.index:
+        if not {SIGNAL, DAMPER} & self.index.keys():
             return quantity_label(self.name, self.units, self.long_name, self.body)
-        meaning = quantity_label(self.dataset, "1", self.long_name)
+        meaning, which = quantity_label(self.dataset, "1", self.long_name), self.name.split(":")[1]
         unit = "" if self.units == "1" else f" [{raised(self.units)}]"
-        return f"{meaning}, {signal_symbol(self.name.partition(':')[2])}{unit}"
+        return f"{meaning}, {signal_symbol(which) if SIGNAL in self.index else which}{unit}"
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
         """Return its values (..., starts, values per orbit), NaN if missing; `at` fixes axes."""
@@ -60,15 +62,22 @@ class Quantity:
 
 
 def quantities(
-    datasets: Iterable[Dataset], components: Sequence[str], signals: Sequence[str] = ()
+    datasets: Iterable[Dataset],
+    components: Sequence[str],
+    signals: Sequence[str] = (),
+    dampers: Sequence[str] = (),
 ) -> dict[str, Quantity]:
-    """Return the drawable quantities of datasets by name, one for each component and signal."""
+    """Return the drawable quantities of datasets by name.
+
+    There is one for each component, for each signal, and for each of several dampers.
+    """
     by_name: dict[str, Quantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
             for i, name in enumerate(components):
-                unit = entry.units.split(", ")[name.startswith("v")]
-                about = unit, f"{name}, {entry.long_name}", np.nan, False
+                unit, body = entry.units.split(", ")[i % 2], name.removeprefix("v_")
+                words = f"{('displacement', 'velocity')[i % 2]} of {body}, {entry.long_name}"
+                about = unit, words, np.nan, False
                 by_name[name] = Quantity(name, SECTION, *about, index={"component": i})
         elif SIGNAL in entry.dims:  # a quantity for each signal, `broadband:x1`
             units, single = entry.units.split(", "), entry.tail == (SIGNAL,)
@@ -77,6 +86,11 @@ def quantities(
                 about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
                 name = f"{entry.name}:{signal}"
                 by_name[name] = Quantity(name, entry.name, *about, index={SIGNAL: i})
+        elif DAMPER in entry.dims:
+            for i, damper in enumerate(dampers):
+                about = entry.units, entry.long_name, float(entry.fill), entry.tail == (DAMPER,)
+                name = f"{entry.name}:{damper}"
+                by_name[name] = Quantity(name, entry.name, *about, index={DAMPER: i})
         elif entry.dtype != "str" and "start" in entry.dims:
             is_code = entry.flags is not None
             if not (entry.tail if is_code else {*_NO_NUMBERS} & {*entry.tail}):
@@ -86,9 +100,8 @@ def quantities(
 
 
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
-    components = list(view["component"]) if "component" in view else []
-    signals = list(view[SIGNAL]) if SIGNAL in view else []
-    by_name = quantities(map(view.describe, view.names), components, signals)
+    dims = (list(view[name]) if name in view else [] for name in ("component", SIGNAL, DAMPER))
+    by_name = quantities(map(view.describe, view.names), *dims)
     body = body_of(view.attrs.get("kind"))
     return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
 
@@ -137,12 +150,29 @@ BASINS = "basins"  # the choices beside numbers; `SHARE` is followed by a label,
 LOG, LINEAR = SCALES = "log:", "linear:"  # prefixes of a quantity in a map: the scale of its colors
 NUMBERS = drawn_in(MAPS)  # a map shows the first that is recorded; any other on request
 
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    "displacement": ("x2", "x1", "x"),
-    "velocity": ("v2", "v1", "v"),
-    "energy": tuple(entry.name for entry in stored_in("energy")),
-}
+GROUPS = ("displacement", "velocity", "energy")
 """Words for several quantities of a diagram."""
+
+
+def group(word: str, drawn: Mapping[str, Quantity]) -> list[str]:
+    """Return the quantities that a word of `GROUPS` means: those of the damper first."""
+    if word == "energy":
+        datasets = [entry.name for entry in stored_in("energy")]
+        return [name for name, quantity in drawn.items() if quantity.dataset in datasets]
+    of_section = [name for name, quantity in drawn.items() if quantity.dataset == SECTION]
+    return of_section[::2][::-1] if word == "displacement" else of_section[1::2][::-1]
+
+
+def usual_places(view: ArchiveView, drawn: Mapping[str, Quantity]) -> list[str]:
+    """Return the displacements of a usual diagram; of a host, a damper and what it hangs on."""
+    places = group("displacement", drawn)
+    if view.attrs.get("kind") != HOST:
+        return places
+    dampers = [name for name in places[::-1] if f"{name}.attached_to" in view.attrs]
+    first = dampers[:1] or places[:1]
+    ends = [str(view.attrs.get(f"{name}.attached_to")) for name in first]
+    return [*first, *(name for name in ends if name in places)]
+
 
 _OF_SEVERAL_STARTS = (COEXISTING, SHARES)
 
@@ -168,8 +198,8 @@ def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
     """Return the quantities of a diagram from the top: `x1,energy` gives x1, E1max and E2max."""
     rows: list[str] = []
     for word in filter(None, (piece.strip() for piece in show.split(","))):
-        names = [name for name in GROUPS.get(word, ()) if name in drawn] or [word]
-        rows += [name for name in names if name != REGIMES]
+        names = group(word, drawn) if word in GROUPS else []
+        rows += [name for name in names or [word] if name != REGIMES]
     numbers = [name for name, quantity in drawn.items() if not quantity.coded]
     for name in rows:
         if name not in numbers:
@@ -208,7 +238,7 @@ def check_show(
 
 
 def _not_recorded(show: str, allowed: Sequence[str]) -> RequestError:
-    if show in NUMBERS or any(show in names for names in GROUPS.values()):
+    if show in (*NUMBERS, *GROUPS, *COORDINATES):
         return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(allowed)}")
     return unknown("show", show, allowed)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import cycle, islice
 from typing import Any, NamedTuple
 
 import matplotlib
@@ -23,6 +24,7 @@ from nlds_vines.bifurcation.picture.choices import SECTION, Quantity, Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS, final
 from nlds_vines.model.quantities import BELOW, BY_NAME, CURVES, ERROR, TOUCHED, drawn_in, scale_of
+from nlds_vines.model.scenes import HOST
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, one_regime, spread
 from nlds_vines.plotting.chosen_panels import several_panels
@@ -159,7 +161,7 @@ def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
     below = [name for name in drawn_in(BELOW) if name in recorded]
-    places = [name for name in choices.GROUPS["displacement"] if name in recorded]
+    places = choices.usual_places(view, recorded)
     places += [name for name in drawn_in(TOUCHED) if name in recorded]
     if not places:
         numbers = [name for name in drawn_in(CURVES) if name in recorded]
@@ -191,7 +193,8 @@ _DOWN: dict[str, Any] = {
     "markeredgewidth": 0.5,
 }  # fmt: skip
 _WALL = "impact_wall"
-_WALL_COLORS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
+# of impacts at the near and at the far wall; hosts have more walls
+_WALL_COLORS = (NAVY, *(HUES[hue] for hue in ("vermillion", "sky", "orange", "pink", "gray")))
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
 WATERFALL = "spectrum"  # the dataset that is drawn in colors over the frequency
 DECADES = 6.0  # below the largest amplitude that colors tell apart
@@ -262,9 +265,10 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
         handles = [Line2D([], [], color=look.color, label=look.name, **dot) for look in looks]
         if any(_tells_walls(cuts[0], name) for name in rows):
             names = [name.replace("_", " ") for name in cuts[0].view.flags(_WALL).values()]
-            pairs = zip(names, _WALL_COLORS, strict=True)
+            at = "wall" if cuts[0].view.attrs.get("kind") == HOST else "at the"
+            pairs = zip(names, _wall_colors(cuts[0]), strict=True)
             handles += [
-                Line2D([], [], color=hue, label=f"at the {name}", **dot) for name, hue in pairs
+                Line2D([], [], color=hue, label=f"{at} {name}", **dot) for name, hue in pairs
             ]
     if any(cut.violated().any() for cut in cuts):
         text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
@@ -311,7 +315,7 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
         style["alpha"] = max(_COVERED / covered, _FAINTEST)
     if _tells_walls(cut, quantity.dataset):
         walls = cut.view.take(_WALL, **cut.at)
-        for code, color in enumerate(_WALL_COLORS):
+        for code, color in enumerate(_wall_colors(cut)):
             cells, starts, many = np.nonzero(walls == code)
             panel.plot(cut.values[cells], ordinates[cells, starts, many], color=color, **style)
         return
@@ -323,6 +327,10 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
 def _tells_walls(cut: Slice, name: str) -> bool:
     """Return True if the dots are impacts of one start, which are colored by the wall."""
     return len(cut.starts) == 1 and _WALL in cut.view and name in drawn_in(TOUCHED)
+
+
+def _wall_colors(cut: Slice) -> list[str]:
+    return [*islice(cycle(_WALL_COLORS), len(cut.view.flags(_WALL)))]
 
 
 def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:

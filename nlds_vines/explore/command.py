@@ -14,6 +14,7 @@ from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import FREQUENCY, SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice, shown, whole
+from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import most_threads
@@ -48,8 +49,9 @@ def refuse_without_bokeh(command: str) -> None:
         )
 
 
-def refuse_samples(scan: Scan) -> None:
-    """Raise `RequestError` if the scan is a table of samples, which has no axes."""
+def refuse_unshown(scan: Scan) -> None:
+    """Raise `RequestError` for a host, and for a table of samples, which has no axes."""
+    without_hosts(scan.system)
     if scan.sampled is not None:
         raise RequestError(
             f"{scan.title}: samples have no axis, so there is no map to click; "
@@ -101,7 +103,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         scan = load_scan({**document, "title": system.title or system.name})
     else:
         scan = load_scan(source, document, "command line")
-    refuse_samples(scan)
+    refuse_unshown(scan)
     if options.dry_run:
         listening(port).close()
         sides = " x ".join(str(n) for n in scan.shape)

@@ -11,7 +11,7 @@ from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import FREQUENCY, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import choice
-from nlds_vines.explore.command import refuse_samples, refuse_without_bokeh
+from nlds_vines.explore.command import refuse_unshown, refuse_without_bokeh
 from nlds_vines.model.ratios import UNITS
 
 _EXAMPLES = """\
@@ -39,7 +39,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     from nlds_vines.explore.map_data import stored
 
     results = stored(source, options.frequency)
-    refuse_samples(results.scan)
+    refuse_unshown(results.scan)
     if options.dry_run:
         say(f"{results.scan.title}: {results.scan.lanes} orbits into {output}")
         return DONE

@@ -3,6 +3,8 @@
 In reading order:
 
     request            `HistoryRequest`: the dampers, the load, what varies, how long
+    host_histories     hosts under loads: names and datasets
+    host_run           the same: orbits of hosts
     run                from request to archive; orbits flown by the kernels, and their numbers
     result             an archive read: `ResponseHistories`, or `LoadScan`; closed forms beside them
     response_spectrum  `nv.response_spectrum`: oscillators under a record

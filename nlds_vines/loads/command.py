@@ -15,7 +15,7 @@ from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, at, from_text, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.axis import samples_of
-from nlds_vines.model.catalog import as_system
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.system import system_in_words
 
@@ -55,7 +55,7 @@ def response_history(
     quiet: bool = False,
     **tables: Any,
 ) -> ResponseHistories | LoadScan:
-    """Compute the response of a structure to a load, with each damper.
+    """Compute the response of a structure or a host to a load, with each damper.
 
     Parameters
     ----------
@@ -75,8 +75,9 @@ def response_history(
     **tables
         Tables of a request file, which override the source: `load`, a table or the path of a
         record; `set={"c1": 100.0}`; `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary`
-        makes a scan; `samples`, arrays, a DataFrame or a CSV file with one set of parameters or
-        numbers of the load a row, makes a scan over the dimension `sample`.
+        makes a scan; of a host `of`, the displacements whose response is told, such as "roof", a
+        damper's mass "cell" or "roof-floor2"; `samples`, arrays, a DataFrame or a CSV file with one
+        set of parameters or numbers of the load a row, makes a scan over the dimension `sample`.
 
     Returns
     -------
@@ -105,6 +106,8 @@ def response_history(
     if tables.get("samples") is not None:
         tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
+    if (of := above.pop("of", None)) is not None:
+        above["sampling"] = {**above.get("sampling", {}), "of": [of] if isinstance(of, str) else of}
     for key, name, value in (("load", "impulse", impulse), ("sampling", "duration", duration)):
         if value is not None:
             above[key] = {**above.get(key, {}), name: value}
@@ -171,7 +174,7 @@ LOAD = Option(
 
 def _systems(names: list[str]) -> dict[str, Any]:
     with at("--system"):
-        return {"systems": [as_system(name, needs_force=False) for name in names]}
+        return {"systems": [any_system(name, needs_force=False) for name in names]}
 
 
 SYSTEMS = Option(

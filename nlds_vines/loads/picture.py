@@ -21,6 +21,12 @@ from matplotlib.ticker import PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.host_histories import (
+    HOST_HISTORIES,
+    dampers_of,
+    displacements_of,
+    names_of_numbers,
+)
 from nlds_vines.loads.request import (
     HistoryRequest,
     axis_words,
@@ -29,10 +35,8 @@ from nlds_vines.loads.request import (
 )
 from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
-    PEAKS,
     LoadScan,
     ResponseHistories,
-    ResponseHistory,
     closed_form,
     histories_in,
     shares_of,
@@ -40,7 +44,7 @@ from nlds_vines.loads.result import (
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.quantities import ERROR, OF_LOADS, OF_LOADS_BY_NAME, SHARES, WAYS
+from nlds_vines.model.quantities import ERROR, OF_LOADS, SHARES, WAYS, of_load
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
@@ -89,12 +93,26 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
         meanings = {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
+        if request.has_hosts:
+            places = names_of_numbers(request).items()
+            meanings = {k: of_load(k).words for k, (name, _) in places if name in view}
         if request.sampled is not None:
             for name, words in [*meanings.items()]:
                 meanings[f"{name}:{EXCEEDANCE}"] = f"share of samples above each value of {words}"
                 for column in request.columns:
                     meanings[f"{name}:{column}"] = f"{words}, against {column}"
         return meanings
+    if request.has_hosts:
+        owners = {"displacement": displacements_of(request), "damper": dampers_of(request)}
+        return {
+            "energy": "energy of the host over time",
+            **{
+                f"{name}.{owner}": f"{words} of {owner} over time"
+                for name, (dims, _, words) in HOST_HISTORIES.items()
+                for owner in (owners[dims[0]] if dims else ())
+            },
+            "peaks": "largest responses, in their units and beside the host alone",
+        }
     meanings = {
         "energy": "energy of the structure over time",
         "motion": "displacement of the structure over time",
@@ -110,12 +128,16 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
 
 def usual(view: ArchiveView) -> list[str]:
     """Return the panels that are drawn by default; of a scan the first quantity that varies."""
-    names, request = [*panels(view)], _drawable(view).request
-    if request.vary:
+    names, results = [*panels(view)], _drawable(view)
+    request = results.request
+    if isinstance(results, LoadScan):
+        finite = {name: v[np.isfinite(v)] for name, v in results.numbers.items()}
         quantities = [name for name in names if ":" not in name]
-        changing = (n for n in quantities if np.ptp(view[n][np.isfinite(view[n])]) > 0.0)
+        changing = (n for n in quantities if finite[n].size and np.ptp(finite[n]) > 0.0)
         name = next(changing, names[0])
         return [name] if request.sampled is None else [f"{name}:{EXCEEDANCE}", name]
+    if request.has_hosts:
+        return [next(name for name in names if name.startswith("x.")), "energy"]
     return ["sweep"] if "sweep" in names else ["energy", "shares"]
 
 
@@ -136,7 +158,7 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     for axes, name in zip(places, shown, strict=True):
         _draw_panel(axes, results, name)
     for above, below in pairwise(places):
-        if {above.get_label(), below.get_label()} <= _OVER_TIME:
+        if all(_is_over_time(str(place.get_label())) for place in (above, below)):
             below.sharex(above)
             above.tick_params(labelbottom=False)
             above.set_xlabel("")
@@ -176,9 +198,13 @@ def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) ->
     elif isinstance(results, LoadScan):
         _curves(axes, results, name)
     else:
-        _FILL[name](axes, results)
-        if name in _OVER_TIME:
+        _FILL.get(name, partial(_history, name=name))(axes, results)
+        if _is_over_time(name):
             axes.set(xlim=(0, results.request.duration), xlabel="time $t$ [s]")
+
+
+def _is_over_time(name: str) -> bool:
+    return name in _OVER_TIME or name.partition(".")[0] in HOST_HISTORIES
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
@@ -196,7 +222,7 @@ def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
         yield system, {"label": typeset(system_in_words(system)), **look}
 
 
-def _each(histories: ResponseHistories) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
+def _each(histories: ResponseHistories) -> Iterator[tuple[System, Any, dict[str, Any]]]:
     looks = _looks(histories.request)
     for (system, look), history in zip(looks, histories.results.values(), strict=True):
         yield system, history, look
@@ -221,6 +247,17 @@ def _motion(axes: Axes, histories: ResponseHistories) -> None:
         axes.plot(history.time, history.x1, **look)
     frame = " relative to the ground" if histories.request.load.shaken else ""
     axes.set_ylabel(f"displacement $x_1${frame} [m]")
+
+
+def _history(axes: Axes, histories: ResponseHistories, name: str) -> None:
+    """Draw a history of a row or of a damper of hosts."""
+    kind, _, owner = name.partition(".")
+    _, unit, words = HOST_HISTORIES[kind]
+    for _, history, look in _each(histories):
+        values = getattr(history, kind)[owner]
+        if np.isfinite(values).any():
+            axes.plot(history.time, values, **look)
+    axes.set_ylabel(labeled(f"{words.partition(',')[0]} of {owner}", "", unit))
 
 
 def _damper(axes: Axes, histories: ResponseHistories) -> None:
@@ -289,7 +326,7 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
 def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     """Draw a group of bars for each quantity of the comparison, relative to its first bar."""
     peaks = histories.comparison()
-    names = [name for name in PEAKS if any(peak.quantity == name for peak in peaks)]
+    names = list(dict.fromkeys(peak.quantity for peak in peaks))
     looks = {system.name: look for system, look in _looks(histories.request)}
     height = 0.8 / len(looks)
     for group, name in enumerate(names):
@@ -302,7 +339,7 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
             look["label"] = None
             text = f" {peak.value:.3g} {raised(peak.unit)}"
             axes.annotate(text, (peak.value / base, place), va="center", fontsize=7)
-    labels = [textwrap.fill(OF_LOADS_BY_NAME[name].label, _NAME) for name in names]
+    labels = [textwrap.fill(of_load(name).label, _NAME) for name in names]
     axes.set_yticks(range(len(names)), labels)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.25 * axes.get_xlim()[1])
@@ -368,14 +405,15 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     for i, ((_, look), values) in enumerate(pairs):
         axes.plot(axis.values, values, **look)
         cases = (request.case(i * axis.values.size + j) for j in range(axis.values.size))
-        exact = [closed_form(*case).get(name, np.nan) for case in cases if not request.state]
+        is_exact = not (request.state or request.has_hosts)
+        exact = [closed_form(*case).get(name, np.nan) for case in cases if is_exact]
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
     axes.set(xlabel=_axis(request, axis.name), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
-    if OF_LOADS_BY_NAME[name].scale == ERROR:
+    if of_load(name).scale == ERROR:
         axes.set_yscale("log")
 
 
@@ -412,7 +450,7 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
     values, finite = scan.numbers[name][damper], scan.numbers[name][np.isfinite(scan.numbers[name])]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
     norm: dict[str, Any] = {"vmin": low, "vmax": high}
-    if OF_LOADS_BY_NAME[name].scale == ERROR and low > 0.0:
+    if of_load(name).scale == ERROR and low > 0.0:
         norm = {"norm": LogNorm(low, high)}
     axes.set_facecolor(NO_VALUE)
     mesh = axes.pcolormesh(
@@ -436,7 +474,7 @@ def _axis(request: HistoryRequest, name: str) -> str:
 
 
 def _label(name: str) -> str:
-    entry = OF_LOADS_BY_NAME[name]
+    entry = of_load(name)
     return labeled(entry.label, in_latex(entry.symbol), entry.unit)
 
 

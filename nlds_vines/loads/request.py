@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, ClassVar
 
@@ -14,9 +14,15 @@ import numpy as np
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
-from nlds_vines.model.catalog import as_system, refuse_without_force, system_from
+from nlds_vines.model.catalog import (
+    AnySystem,
+    any_system,
+    any_system_from,
+    refuse_without_force,
+)
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
-from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND
+from nlds_vines.model.parameters import DESCRIBED, FORCE, GROUND, LAWS, SECOND, flat
 from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -48,6 +54,12 @@ def _state(value: object) -> tuple[float, ...]:
     return tuple(number("state", one) for one in numbers)
 
 
+def _names(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list | tuple):
+        raise RequestError(f"of = {shown(value)} must be a list of names")
+    return tuple(dict.fromkeys(string("of", one) for one in value))
+
+
 @dataclass(frozen=True, repr=False)
 class HistoryRequest(Request):
     """A load on one or several structures, for a duration; validated when it is made.
@@ -56,7 +68,7 @@ class HistoryRequest(Request):
     ----------
     title : str
         One line.
-    systems : tuple of System
+    systems : tuple of System or of HostSystem
         Structures with their dampers.
     load : Loading
         The loads; the harmonic force acts only if `load.harmonic`.
@@ -69,6 +81,8 @@ class HistoryRequest(Request):
         Length of the histories [s].
     samples : int, optional
         States in each natural period of the structure.
+    of : tuple of str, optional
+        Displacements of a host whose response is told, as `simulate` takes them.
     settle : float, optional
         Time [s] that the rms of x1 leaves out.
     tolerance : float or str, optional
@@ -92,7 +106,7 @@ class HistoryRequest(Request):
     content: ClassVar[str] = RESPONSE_HISTORY
 
     title: str
-    systems: tuple[System, ...]
+    systems: tuple[Any, ...]
     load: Loading = field(default_factory=Loading)
     vary: tuple[Axis, ...] = ()
     state: tuple[float, ...] = setting(
@@ -106,6 +120,11 @@ class HistoryRequest(Request):
     samples: int = setting(
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure"
     )
+    of: tuple[str, ...] = setting(
+        (), Checked(_names, listed=True), "sampling",
+        "displacements of a host whose response is told: a degree of freedom `roof`, a damper's "
+        "mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
+    )  # fmt: skip
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling", "time that the rms of x1 leaves out [s]", "SECONDS",
     )  # fmt: skip
@@ -132,6 +151,14 @@ class HistoryRequest(Request):
             raise RequestError(
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
+        if len({isinstance(system, HostSystem) for system in self.systems}) > 1:
+            raise RequestError("systems: hosts beside other kinds; give one of them")
+        if not self.has_hosts:
+            for key, value in (("on", self.load.on), ("of", self.of)):
+                if value:
+                    raise RequestError(f"{key} = {shown(value)} is for hosts")
+        elif self.load.harmonic:
+            raise RequestError("harmonic: a host takes a tone, [load.tone] with amplitude, omega")
         for system in self.systems if self.load.harmonic else ():
             refuse_without_force(system)
         # axes that a system or the load has, and not too many orbits
@@ -143,8 +170,15 @@ class HistoryRequest(Request):
         parameters = [name for name in columns if not is_of_load(name)]
         for name in parameters:
             if not any(has(system, name) for system in self.systems):
+                if "." in name and not self.has_hosts:
+                    self.load.number(name)
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
+        for name in self.of:
+            self.systems[-1].displacement(name)
         for system in self.systems:
+            if isinstance(system, HostSystem):
+                self._check_host(system, parameters)
+                continue
             refuse_twice(system.scene, parameters)
             refuse_without_effect(system.scene, self.load, parameters)
             if self.sampled is not None:
@@ -161,12 +195,28 @@ class HistoryRequest(Request):
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
         for system, load in corners:
             load.check(self.duration, natural_period(system))
-        for system in self.systems:
-            if self.state and len(self.state) != len(system.scene.components):
+        sizes = [len(system.scene.components) for system in self.systems]
+        for system, size in zip(self.systems, sizes, strict=True):
+            # the state of a host without dampers begins that of one with them
+            if self.state and len(self.state) != (max(sizes) if self.has_hosts else size):
                 components = ", ".join(system.scene.components)
                 raise RequestError(
                     f"state = {list(self.state)} of {system.name} must be {components}"
                 )
+
+    def _check_host(self, system: HostSystem, names: Collection[str]) -> None:
+        """Refuse names that mean nothing under a load, and displacements that do not exist."""
+        for name in names:
+            if name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}."):
+                raise RequestError(f"{name}: a system's own force is off under a load")
+        system.refuse_twice(name for name in names if has(system, name))
+        if self.load.acts:
+            system.under(self.load)
+
+    @property
+    def has_hosts(self) -> bool:
+        """Whether its systems are hosts."""
+        return isinstance(self.systems[0], HostSystem)
 
     @property
     def columns(self) -> Mapping[str, np.ndarray]:
@@ -186,6 +236,8 @@ class HistoryRequest(Request):
         """Return a line for each damper that starts inside a wall."""
         lines = []
         for system in self.systems:
+            if isinstance(system, HostSystem):
+                continue
             places = {k: v for k, v in self.columns.items() if has(system, k)}
             if self.sampled is None:
                 grid = np.meshgrid(*places.values(), indexing="ij", sparse=True)
@@ -197,7 +249,7 @@ class HistoryRequest(Request):
             lines += [f"{system.name}: {line}" for line in inside]
         return lines
 
-    def case(self, number: int) -> tuple[System, Loading]:
+    def case(self, number: int) -> tuple[Any, Loading]:
         """Return the system and the load of an orbit, by its number: systems, then axes."""
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
         values = {k: float(v) for k, v in self.values_at(places).items()}
@@ -224,7 +276,12 @@ class HistoryRequest(Request):
 
     @property
     def times(self) -> np.ndarray:
-        """The times (windows * samples + 1,) of a history [s]."""
+        """The times (windows * samples + 1,) of a history [s]; of hosts, those of a record."""
+        if self.has_hosts and self.load.record:
+            # a record's samples are edges of cells, and with other times there were twice as many
+            step, longest = self.load.record[0].step, self.duration / (self.windows * self.samples)
+            step *= math.floor(longest / step) or 1.0 / math.ceil(step / longest)
+            return np.append(np.arange(0.0, self.duration * (1.0 - 1e-9), step), self.duration)
         return np.linspace(0.0, self.duration, self.windows * self.samples + 1)
 
     @property
@@ -265,12 +322,14 @@ def refuse_load_in_set(request: Merged) -> None:
                     raise of_load(name)
 
 
-def has(system: System, name: str) -> bool:
+def has(system: AnySystem, name: str) -> bool:
+    if isinstance(system, HostSystem):
+        return name in system.allowed
     return name in system.scene.allowed or name in ratios_in(system.scene)
 
 
 def is_of_load(name: str) -> bool:
-    return name in NUMBERS or "." in name
+    return name in NUMBERS or name.partition(".")[0] in ALL
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
@@ -279,8 +338,11 @@ def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     return request.load.words_of_number(name)
 
 
-def natural_period(system: System) -> float:
+def natural_period(system: AnySystem) -> float:
     """Return the undamped natural period of the structure alone [s]; inf without a spring."""
+    if isinstance(system, HostSystem):
+        lowest = next((rate for rate in system.host.frequencies.tolist() if rate > 0.0), 0.0)
+        return 2 * math.pi / lowest if lowest else math.inf
     mass, spring, _ = system.structure
     return 2 * math.pi * math.sqrt(mass / spring) if spring > 0.0 else math.inf
 
@@ -340,7 +402,9 @@ def load_response_history(
     sampled = request.samples()
     refuse_load_in_set(request)
     systems = _systems(request, sampled)
-    axes = request.axes("vary") if sampled is None else ()
+    axes, one = request.axes("vary") if sampled is None else (), systems[0]
+    if len(systems) == 1 and isinstance(one, HostSystem) and one.dampers and not (axes or sampled):
+        systems = (replace(one, dampers=(), name="none", title=""), one)  # the host alone
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
     title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
@@ -360,29 +424,31 @@ def load_response_history(
     )  # fmt: skip
 
 
-def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
+def _systems(request: Merged, sampled: Samples | None) -> tuple[AnySystem, ...]:
     """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
     if not listed or (request.is_changed("system") and not request.is_changed("systems")):
-        systems = [request.system(needs_force=False)]
+        systems = [request.any_system(needs_force=False)]
     else:
         with at(request.origin("systems")):
             if not isinstance(listed, list | tuple):
                 raise RequestError(f"systems = {shown(listed)} must be a list of systems")
             systems = [
-                (as_system if isinstance(one, str) else system_from)(one, needs_force=False)
+                (any_system if isinstance(one, str) else any_system_from)(one, needs_force=False)
                 for one in listed
             ]
-    settings = [layer.get("set", {}) for _, layer in request.layers]
+    settings = [flat(layer.get("set", {})) for _, layer in request.layers]
     laws = {key: LAWS.get(str(one[key])) for one in settings for key in _LAWS if key in one}
 
-    def takes(system: System, name: str) -> bool:
+    def takes(system: AnySystem, name: str) -> bool:
+        if isinstance(system, HostSystem):
+            return has(system, name)
         law = laws.get("law_2" if name.endswith(SECOND) else "law")
         of_law = name in _LAWS or (law is not None and name.removesuffix(SECOND) in law.allowed)
         return has(system, name) or (of_law and bool(system.scene.walls))
 
     for place, layer in request.layers:
-        for name, value in layer.get("set", {}).items():
+        for name, value in flat(layer.get("set", {})).items():
             if not any(takes(system, name) for system in systems):
                 with at(f"{place}: [set]"):
                     systems[0].with_(**{name: value})  # raises the error that lists the names

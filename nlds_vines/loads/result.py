@@ -9,19 +9,31 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.archives.archive import ArchivePath, read
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.files import write_csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
-from nlds_vines.archives.representation import Outlined
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice
+from nlds_vines.loads.host_histories import (
+    IMPACT_COLUMNS,
+    dampers_of,
+    displacements_of,
+    names_of_numbers,
+)
 from nlds_vines.loads.request import HistoryRequest, load_response_history
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.quantities import OF_LOADS, OF_LOADS_BY_NAME, SHARES, WAYS
+from nlds_vines.model.quantities import (
+    OF_LOADS,
+    SHARES,
+    WAYS,
+    of_load,
+)
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
@@ -84,7 +96,54 @@ class ResponseHistory(Outlined):
         return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
 
 
+@dataclass(frozen=True, repr=False)
+class HostHistory(Outlined):
+    """The response of a host with dampers to a load.
+
+    Values that the system does not have are NaN, and so is everything if the orbit failed.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        From 0 to the duration [s].
+    x, a : mapping of str to (n,) ndarray
+        Displacements [m], relative to the ground, and absolute accelerations [m/s^2] by name.
+    E1 : (n,) ndarray
+        Energy of the host [J].
+    E2, stroke : mapping of str to (n,) ndarray
+        By damper, the energy of its mass [J] and the displacement r of its spring [m].
+    numbers : mapping of str to float
+        The quantities of the response by name: E1max, last_50, x_max.roof, impact_count.cell ...
+    impacts : mapping of str to (impacts,) ndarray
+        Columns of the impacts in the order of touches: times `touch` and `release` [s], approach
+        `speed` [m/s], largest `force` [N] and `depth` [m], the `damper`, the side of its `wall`.
+    status : int
+        0 unless the orbit failed.
+    """
+
+    time: np.ndarray
+    x: Mapping[str, np.ndarray]
+    a: Mapping[str, np.ndarray]
+    E1: np.ndarray
+    E2: Mapping[str, np.ndarray]
+    stroke: Mapping[str, np.ndarray]
+    numbers: Mapping[str, float]
+    impacts: Mapping[str, np.ndarray]
+    status: int = OK
+
+    last = ResponseHistory.last
+
+    def heading(self) -> str:
+        """Return the number of impacts and the duration."""
+        return f"{len(self.impacts['touch'])} impacts in {self.time[-1]:g} s"
+
+    def outline(self) -> Rows:
+        """Return the quantities of the response that are there."""
+        yield "numbers", numbers({k: v for k, v in self.numbers.items() if np.isfinite(v)})
+
+
 PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
+HOST_PEAKS = ("x_max", "a_max", "stroke_max", "force_max")
 
 
 class Peak(NamedTuple):
@@ -109,6 +168,7 @@ class ResponseHistories(Drawable):
         Request that computes them again.
     results : mapping of str to ResponseHistory
         The response with each damper, by the name of its system; `histories["tmd"]` is one of them.
+        Of hosts, each is a `HostHistory`.
 
     Examples
     --------
@@ -122,9 +182,9 @@ class ResponseHistories(Drawable):
 
     path: ArchivePath
     request: HistoryRequest
-    results: Mapping[str, ResponseHistory]
+    results: Mapping[str, Any]
 
-    def __getitem__(self, name: str) -> ResponseHistory:
+    def __getitem__(self, name: str) -> Any:
         """Return the response with one damper, by the name of its system."""
         return self.results[choice("damper", name, self.results)]
 
@@ -146,7 +206,7 @@ class ResponseHistories(Drawable):
         """The fractions of the supplied energy dissipated by dashpots and contacts; one damper."""
         return shares_of(self._only())
 
-    def _only(self) -> ResponseHistory:
+    def _only(self) -> Any:
         first, *others = self.results
         if others:
             raise RequestError(f"name the damper: [{first!r}], of {[*self.results]}")
@@ -161,16 +221,19 @@ class ResponseHistories(Drawable):
             Displacement (drift), absolute acceleration, stroke, contact force or impulse, and base
             shear of each damper that has them, with the reduction against the system without one.
         """
-        alone = next((s.name for s in self.request.systems if not s.scene.damper), None)
+        alone, names = next((s.name for s in self.request.systems if is_alone(s)), None), PEAKS
+        if self.request.has_hosts:
+            numbers = next(iter(self.results.values())).numbers
+            names = tuple(name for name in numbers if name.partition(".")[0] in HOST_PEAKS)
         peaks = []
-        for name in PEAKS:
+        for name in names:
             base = self.results[alone].numbers[name] if alone else math.nan
             for damper, history in self.results.items():
                 value, reduction = history.numbers[name], math.nan
                 if base > 0.0 and damper != alone:
                     reduction = 1.0 - value / base
                 if np.isfinite(value):
-                    peaks.append(Peak(damper, name, value, OF_LOADS_BY_NAME[name].unit, reduction))
+                    peaks.append(Peak(damper, name, value, of_load(name).unit, reduction))
         return peaks
 
     def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
@@ -195,15 +258,16 @@ class ResponseHistories(Drawable):
         for peak in self.comparison():
             change = f" ({-peak.reduction:+.1%})" if np.isfinite(peak.reduction) else ""
             cells[peak.damper][peak.quantity] = f"{peak.value:.4g}{change}"
-        names = [name for name in PEAKS if any(name in row for row in cells.values())]
-        heads = [f"{name} [{OF_LOADS_BY_NAME[name].unit}]" for name in names]
+        names = list(dict.fromkeys(peak.quantity for peak in self.comparison()))
+        heads = [f"{name} [{of_load(name).unit}]" for name in names]
         rows = [["", *heads]]
         rows += [[damper, *(row.get(name, "-") for name in names)] for damper, row in cells.items()]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for first, *others in rows:
             right = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
             yield "  ".join([first.ljust(widths[0]), *right])
-        laws = [law for system in self.request.systems for law in system.scene.laws]
+        systems = () if self.request.has_hosts else self.request.systems
+        laws = [law for system in systems for law in system.scene.laws]
         if instant := next((law.name for law in laws if law.instant), None):
             yield (
                 f"-: under law {instant} a contact has an impulse and no force, and a1_max does "
@@ -228,6 +292,12 @@ class ResponseHistories(Drawable):
                 f"{share:.0%} " + (f"until {time:.4g} s" if np.isfinite(time) else "to the end")
                 for share, time in zip(SHARES[::-1], history.last[::-1], strict=True)
             )
+            if self.request.has_hosts:
+                counts = {n: c for n, c in history.numbers.items() if n.startswith("impact_count.")}
+                struck = [f"{c:.0f} of {n.partition('.')[2]}" for n, c in counts.items() if c >= 0]
+                impacts = f"; impacts: {', '.join(struck)}" if struck else ""
+                yield f"{damper}: E1 above {last}{impacts}"
+                continue
             sinks = ", ".join(f"{sink} {share:.1%}" for sink, share in shares_of(history).items())
             most = f"x1{frame} up to {history.numbers['x1_max']:.4g} m"
             yield f"{damper}: {most}; E1 above {last}; dissipated by {sinks}"
@@ -306,9 +376,14 @@ class LoadScan(Drawable):
             yield f"{count} of {self.status.size} orbits: {status.name}. {status.remedy}"
 
 
+def is_alone(system: Any) -> bool:
+    """Return True for a structure or a host without a damper."""
+    return not (system.dampers if isinstance(system, HostSystem) else system.scene.damper)
+
+
 def shares_of(history: ResponseHistory) -> dict[str, float]:
     """Return the fractions of the supplied energy that each existing sink dissipated."""
-    shares = {sink: history.numbers[f"share_{sink}"] for sink in WAYS}
+    shares = {sink: history.numbers.get(f"share_{sink}", math.nan) for sink in WAYS}
     return {sink: share for sink, share in shares.items() if np.isfinite(share)}
 
 
@@ -316,6 +391,8 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
     with read(path) as view:
         request = view.request(RESPONSE_HISTORY, load_response_history)
         place = ArchivePath.of(view.path)
+        if request.has_hosts:
+            return hosts_in(view, request)
         codes, time = view["status"], request.times  # an archive without histories has no time
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]
@@ -334,6 +411,42 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
                 time=time, **rows, dissipated=dissipated, numbers=of_system, status=int(codes[i])
             )
         return ResponseHistories(place, request, results)
+
+
+def hosts_in(view: ArchiveView, request: HistoryRequest) -> ResponseHistories | LoadScan:
+    """Return the results in an archive of hosts."""
+    place, codes = ArchivePath.of(view.path), view["status"]
+    places = {k: v for k, v in names_of_numbers(request).items() if v[0] in view}
+    values = {
+        name: view[dataset] if i is None else view[dataset][..., i]
+        for name, (dataset, i) in places.items()
+    }
+    if request.vary:
+        return LoadScan(place, request, values, codes)
+    rows, dampers, results = displacements_of(request), dampers_of(request), {}
+    has_touches = "impact_system" in view
+    for i, system in enumerate(request.systems):
+        own = view["impact_system"] == i if has_touches else np.zeros(0, bool)
+        touches: dict[str, np.ndarray] = {
+            name: view[f"impact_{name}"][own] if has_touches else np.zeros(0)
+            for name in IMPACT_COLUMNS
+        }
+        touches["damper"] = np.array(dampers, dtype=str)[touches["damper"].astype(int)]
+        touches["wall"] = np.where(touches["wall"] > 0.0, "+", "-")
+        by_damper = {
+            k: dict(zip(dampers, view[k][i], strict=True)) if k in view else {}
+            for k in ("E2", "stroke")
+        }
+        results[system.name] = HostHistory(
+            time=request.times,
+            E1=view["E1"][i],
+            **{k: dict(zip(rows, view[k][i], strict=True)) for k in "xa"},
+            **by_damper,
+            numbers={name: float(column[i]) for name, column in values.items()},
+            impacts=touches,
+            status=int(codes[i]),
+        )
+    return ResponseHistories(place, request, results)
 
 
 def closed_form(system: System, load: Loading) -> dict[str, float]:

@@ -19,6 +19,8 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
+from nlds_vines.loads.host_histories import contents_of_hosts
+from nlds_vines.loads.host_run import arrays_of_hosts
 from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
 from nlds_vines.loads.result import HISTORIES
 from nlds_vines.model.axis import SAMPLE, sample_scale
@@ -70,24 +72,28 @@ def contents(
 ) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
     """Return the dimensions of an archive, and its datasets with the values in `arrays`."""
     names = np.array([system.name for system in request.systems], dtype=object)
-    scales = [Scale("damper", names, "1", "damper"), Scale("time", request.times, "s", "time")]
+    first = "system" if request.has_hosts else "damper"
+    scales = [Scale(first, names, "1", first), Scale("time", request.times, "s", "time")]
     if request.sampled is None:
         scales += [
             Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
         ]
     else:
         scales.append(sample_scale(request.sampled.count))
-    dims = ("damper", *(axis.name for axis in request.vary))
+    dims = (first, *(axis.name for axis in request.vary))
+    shape = (len(request.systems), *request.shape)
+    status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
+    if request.has_hosts:
+        own, datasets = contents_of_hosts(request, arrays, dims)
+        return [*scales, *own], [*datasets, (status, arrays["status"].reshape(shape))]
     table = {entry.name: (dims, entry.unit, entry.words) for entry in OF_LOADS}
     if not request.vary:
         table |= {name: ((*dims, "time"), *words) for name, words in HISTORIES.items()}
-    shape = (len(request.systems), *request.shape)
     datasets = [
         (Dataset.real(name, of, unit, words), arrays[name].reshape(*shape, *arrays[name].shape[1:]))
         for name, (of, unit, words) in table.items()
         if np.isfinite(arrays[name]).any()
     ]
-    status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
     datasets.append((status, arrays["status"].reshape(shape)))
     for name, values in request.columns.items() if request.sampled else ():
         datasets.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
@@ -100,6 +106,8 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
     These are the quantities of `OF_LOADS` and `status`, and without axes the histories of
     `result.HISTORIES` and the dissipated energies; NaN if an orbit failed.
     """
+    if request.has_hosts:
+        return arrays_of_hosts(request, cases, tell)
     count = math.prod(request.shape)
     pieces = []
     for which, numbers in groupby(cases, lambda case: case // count):

@@ -571,6 +571,43 @@ class HostSystem(Outlined):
                     row[:count] -= self.host.row(other)
         return rows
 
+    def displacement(self, name: str) -> tuple[np.ndarray, float]:
+        """Return a displacement as a row of coordinates and masses, and that with the ground.
+
+        Parameters
+        ----------
+        name : str
+            A degree of freedom "roof", a damper's mass "cell1", or a difference "roof-floor2".
+
+        Returns
+        -------
+        (coordinates and masses,) ndarray
+            The row w of w X.
+        float
+            The displacement when the ground moves by 1.
+
+        Raises
+        ------
+        RequestError
+            For a name that the system does not have.
+        """
+        count = len(self.host.inertia)
+        masses = {damper.name: damper for damper in self.dampers if damper.m is not None}
+        allowed = (*self.host.dofs, *masses)
+        if name not in allowed and "-" in name:
+            for i in (i for i, letter in enumerate(name) if letter == "-"):
+                if name[:i] in allowed and name[i + 1 :] in allowed:
+                    row, moved = self.displacement(name[:i])
+                    other, beside = self.displacement(name[i + 1 :])
+                    return row - other, moved - beside
+        choice("displacement", name, allowed)
+        row = np.zeros(count + len(masses))
+        if name not in masses:
+            row[:count] = self.host.row(name)
+            return row, self.host.moved(name)
+        row[count + list(masses).index(name)] = 1.0
+        return row, self.host.moved(str(masses[name].attached_to))
+
     def push(self) -> np.ndarray:
         """Return the force [N] on each coordinate and mass at cos(omega t) = 1."""
         masses = [damper for damper in self.dampers if damper.m is not None]
@@ -586,19 +623,42 @@ class HostSystem(Outlined):
         ]
         return np.concatenate([-self.acceleration * self.host.inertia, on_masses])
 
+    def under(self, load: Any) -> HostSystem:
+        """Return the system under 1 N on each of the load's degrees of freedom times its factor.
+
+        Under a motion of the ground, it is one by -1 m/s^2, as the load is minus its acceleration.
+        Raises `RequestError` for degrees of freedom that are missing, out of place or unknown.
+        """
+        if load.shaken:
+            if load.on is not None:
+                raise RequestError("on: the loads move the ground, and no degree of freedom else")
+            return replace(self, force=MappingProxyType({}), acceleration=-1.0)
+        dofs, on = self.host.dofs, load.on
+        if on is None:
+            if len(dofs) > 1:
+                names = ", ".join(dofs)
+                raise RequestError(f"on is missing, the degree of freedom of the force: {names}")
+            on = dofs[0]
+        factors = {on: 1.0} if isinstance(on, str) else dict(on)
+        return replace(self, force=MappingProxyType(table("on", factors, dofs)), acceleration=0.0)
+
 
 def system_from_host(
     host: Host,
     dampers: Sequence[Damper],
     force: Mapping[str, float] | None,
     base: Mapping[str, Any] | None,
-    omega: float,
+    omega: float | None,
 ) -> HostSystem:
     """Return the checked system; see `System.from_host`."""
     from nlds_vines.model.host import Host, with_influence
 
     if not isinstance(host, Host):
         raise RequestError(f"host = {shown(host)} must be a Host")
+    if force is None and base is None and omega is None:
+        base, omega = {"acceleration": 0.0}, 1.0  # a system for loads in time
+    if omega is None:
+        raise RequestError("omega is missing, the frequency [rad/s]")
     if number("omega", omega) <= 0:
         raise RequestError(f"omega = {omega:g} must be > 0 [rad/s]")
     if (force is None) == (base is None):

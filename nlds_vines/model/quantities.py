@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
 from types import MappingProxyType
@@ -500,3 +500,24 @@ OF_LOADS = (
 )  # fmt: skip
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
+
+_BY_DAMPER = ("E2max", "stroke_max", "force_max", "impact_count")
+OF_HOSTS = (
+    *(OF_LOADS_BY_NAME[f"last_{100 * share:g}"] for share in SHARES),
+    OF_LOADS_BY_NAME["E1max"],
+    *(replace(_of(*entry), dims=("displacement",)) for entry in (
+        ("x_max", "m", "largest displacement, relative to the ground", "largest displacement"),
+        ("x_rms", "m", "rms displacement, relative to the ground", "rms displacement"),
+        ("a_max", "m/s^2", "largest absolute acceleration, contacts included",
+         "largest absolute acceleration"),
+    )),
+    *(replace(OF_LOADS_BY_NAME[name], dims=("damper",)) for name in _BY_DAMPER),
+)  # fmt: skip
+"""The quantities of hosts under a load; those of rows and dampers are x_max.roof, E2max.cell."""
+
+
+def of_load(name: str) -> Quantity:
+    """Return a quantity of `OF_LOADS`, or of `OF_HOSTS` by the name of a row or a damper."""
+    plain, dot, owner = name.partition(".")
+    entry = next(q for q in (*OF_HOSTS, *OF_LOADS) if q.name == plain and bool(q.dims) == bool(dot))
+    return replace(entry, label=f"{entry.label} of {owner}") if dot else entry

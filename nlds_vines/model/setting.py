@@ -227,7 +227,7 @@ MARKS = (  # keys that only some kinds of request have at the top of their files
 )  # fmt: skip
 SAMPLING = frozenset(  # all keys of [sampling], of whatever kind of request
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows", "duration", "settle")
+     "period_steps", "samples", "windows", "duration", "settle", "of")
 )  # fmt: skip
 
 

@@ -171,7 +171,7 @@ class System(Outlined):
         host: Host,
         dampers: Sequence[Damper] = (),
         *,
-        omega: float,
+        omega: float | None = None,
         force: Mapping[str, float] | None = None,
         base: Mapping[str, Any] | None = None,
         name: str = "",
@@ -185,8 +185,9 @@ class System(Outlined):
             A linear structure.
         dampers : sequence of Damper, optional
             The dampers that are attached to it.
-        omega : float
-            Frequency [rad/s] of the force or of the ground's motion.
+        omega : float, optional
+            Frequency [rad/s] of the force or of the ground's motion; a system for loads in time
+            needs neither.
         force : mapping of str to float, optional
             Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
         base : mapping, optional
@@ -205,7 +206,7 @@ class System(Outlined):
         ------
         RequestError
             For an unknown degree of freedom, a name that stands twice, a degree of freedom that no
-            mode moves, and unless exactly one of `force` and `base` is given.
+            mode moves, and unless `omega` and exactly one of `force` and `base` are given, or none.
 
         See Also
         --------
@@ -654,9 +655,10 @@ def _merge(
     return {name: merged[name] for name in names}
 
 
-def system_in_words(system: System) -> str:
+def system_in_words(system: System | HostSystem) -> str:
     """Return the title of a system; without one, its kind if its name is that of a file."""
-    if system.title or not (system.name == system.kind or system.name.endswith(".toml")):
+    is_named = not (system.name == system.kind or system.name.endswith(".toml"))
+    if system.title or is_named or system.kind not in SCENES:
         return system.title or system.name
     if system.kind not in SCENES:
         return system.heading()

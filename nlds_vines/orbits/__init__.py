@@ -15,4 +15,5 @@ In reading order:
     simulation        `nv.simulate` and `nv.spectrum`
     classification    `nv.classify`, the Lyapunov spectrum of one orbit
     load_flight       orbits under loads in time
+    host_loads        orbits of hosts under loads in time
 """

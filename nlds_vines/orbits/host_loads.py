@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, table
 from nlds_vines.kernels.hosts.host_contact import ROW_OF_IMPACT, Impacts
 from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
 from nlds_vines.kernels.motion.flight import REACH
@@ -18,6 +15,7 @@ from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.orbits.host_orbits import HostOrbits
 
 NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
+RUN_UNDER: Any = getattr(run_host_under, "entry", run_host_under)
 
 
 class LoadedOrbit(NamedTuple):
@@ -25,31 +23,11 @@ class LoadedOrbit(NamedTuple):
 
     status: int
     edges: np.ndarray  # (n,) times [s]
+    section: np.ndarray  # (n, 3 size) X, X' and X'' by mode and mass
     states: np.ndarray  # (n, components) [m, m/s]
     accelerations: np.ndarray  # (n, coordinates and masses) relative to the ground [m/s^2]
     loads: np.ndarray  # (n,) the force on a dof of factor 1 [N], or minus the ground's acceleration
     impacts: np.ndarray  # of dtype `host_orbits.IMPACT`
-
-
-def loaded(system: HostSystem, load: Loading) -> HostSystem:
-    """Return the system with the forces of a load of 1 N, or of a ground that accelerates by -1.
-
-    Raises `RequestError` if the load's degrees of freedom are missing, or unknown.
-    """
-    if load.shaken:
-        if load.on is not None:
-            raise RequestError("on: the loads move the ground, they act on no degree of freedom")
-        return replace(system, force=MappingProxyType({}), acceleration=-1.0)
-    dofs, on = system.host.dofs, load.on
-    if on is None:
-        if len(dofs) > 1:
-            raise RequestError(
-                f"[load]: on is missing, the degree of freedom of the force; allowed: {dofs}"
-            )
-        on = dofs[0]
-    factors = {on: 1.0} if isinstance(on, str) else dict(on)
-    table("on", factors, dofs)
-    return replace(system, force=MappingProxyType(factors), acceleration=0.0)
 
 
 def cells_of(
@@ -75,7 +53,7 @@ def cells_of(
 
 
 def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarray) -> LoadedOrbit:
-    """Integrate an orbit of a `loaded` system from a kernels' state on, which is advanced."""
+    """Integrate an orbit of a system `under` a load from a kernels' state on, which is advanced."""
     (cells, drives), size, start = in_cells, orbits.size, state.copy()
     orbits.body = orbits.body._replace(drives=drives, paces=np.zeros(drives))
     edges, jumps = cells.edges, cells.jumps
@@ -98,8 +76,17 @@ def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarr
     return LoadedOrbit(
         code,
         edges,
+        section,
         orbits.states(section[:, : 2 * size]),
         orbits.states(accelerations)[:, ::2],
         np.append(rows[:, 0], rows[-1].sum()),
         orbits.table_of(impacts),
     )
+
+
+def combined(values: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Return the sums (n,) of `values` (n, m) times a row (m,), each in one order."""
+    total = np.zeros(len(values))
+    for k in np.flatnonzero(row):
+        total += values[:, k] * row[k]
+    return total

@@ -110,6 +110,8 @@ CHECKED = {
     "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
     "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],
     "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
+    "of": [*no_list, ([1], "of = 1 must be a string")],
+    "on": [(3, "on = 3 must be a string"), ({"a": "b"}, "on.a = 'b' must be a number")],
     "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
     **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
 }  # fmt: skip
@@ -160,7 +162,8 @@ def test_a_wrong_value_or_table_is_refused_with_its_place_and_what_is_allowed(ki
     for setting in one.settings:
         others = one.least.get(setting.table, {})
         cases = [(setting.key, value, words) for value, words in wrong_values(setting)]
-        misspelled, words = f"{setting.key}x", f"did you mean '{setting.key}'"
+        misspelled = f"{setting.key}x" if len(setting.key) > 2 else 2 * setting.key
+        words = f"did you mean '{setting.key}'"
         cases += [(misspelled, 1, f"unknown key '{misspelled}'; {words}")]
         for key, value, words in cases:
             wrong = {setting.table: {**others, key: value}}

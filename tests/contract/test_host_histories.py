@@ -1,0 +1,165 @@
+"""Loads on hosts, from requests to archives."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+import nlds_vines as nv
+
+pytestmark = pytest.mark.kernels
+
+FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+STEP = 0.02
+
+
+def cell(name="cell", gap=0.01, **options):
+    walls = [nv.Wall(gap, side, law="restitution", e=0.6) for side in "+-"]
+    return nv.Damper(name, "roof", **{"m": 900.0, "k": 5e3, "c": 100.0, "walls": walls, **options})
+
+
+@pytest.fixture
+def quake(here):
+    """An accelerogram as an engineer has it: a table of times and accelerations in g."""
+    rng, times = np.random.default_rng(1), STEP * np.arange(200)
+    tones = np.cos(np.outer(times, rng.uniform(4, 40, 40)) + rng.uniform(0, 6, 40)).sum(axis=1)
+    values = 0.03 * tones * np.sin(np.pi * times / times[-1])
+    rows = "\n".join(f"{t:.2f},{a:.5f}" for t, a in zip(times, values, strict=True))
+    Path("quake.csv").write_text(f"time [s],acceleration [g]\n{rows}\n")
+    return np.array([float(f"{value:.5f}") for value in values]) * 9.80665
+
+
+def test_a_frame_alone_moves_under_an_earthquake_as_by_exponentials(quake):
+    system = nv.System.from_host(FRAME)
+    histories = nv.response_history(
+        system, load="quake.csv", duration=6.0, of=["roof", "roof-floor1"], quiet=True
+    )
+    history, M = histories["host"], FRAME.M
+    A = np.block([[np.zeros((3, 3)), np.eye(3)],
+                  [-np.linalg.solve(M, FRAME.K), -np.linalg.solve(M, FRAME.C)]])  # fmt: skip
+    full = np.zeros((8, 8))
+    full[:6, :6], full[3:6, 6], full[6, 7] = A, -1.0, 1.0
+    fine = scipy.linalg.expm(full * STEP / 21)
+    ground = np.append(quake, np.zeros(301 - 200))
+    y, x, a, E1 = np.zeros(8), [], [], []
+    for i in range(300):
+        slope = (ground[i + 1] - ground[i]) / STEP if i < 199 else 0.0
+        y[6:] = ground[i] if i < 199 else 0.0, slope
+        for _ in range(21):
+            x.append(y[:3])
+            a.append((A @ y[:6])[3:])
+            E1.append(0.5 * (y[3:6] @ M @ y[3:6] + y[:3] @ FRAME.K @ y[:3]))
+            y = fine @ y
+    x, a, E1 = np.array(x), np.array(a), np.array(E1)
+    places = np.rint(history.time[:-1] / STEP * 21).astype(int)
+    assert places == pytest.approx(history.time[:-1] / STEP * 21, abs=1e-6)
+    assert history.x["roof"][:-1] == pytest.approx(x[places, 2], abs=1e-11)
+    assert history.x["roof-floor1"][:-1] == pytest.approx(x[places, 2] - x[places, 0], abs=1e-11)
+    assert history.a["roof"][:-1] == pytest.approx(a[places, 2], abs=1e-8)
+    assert history.E1[:-1] == pytest.approx(E1[places], abs=1e-6)
+    numbers = history.numbers
+    assert numbers["x_max.roof"] == pytest.approx(np.abs(x[:, 2]).max(), rel=1e-3)
+    assert numbers["a_max.roof"] == pytest.approx(np.abs(a[:, 2]).max(), rel=1e-2)
+    assert numbers["E1max"] == pytest.approx(E1.max(), rel=1e-3)
+    above = np.flatnonzero(0.5 * E1.max() < E1)[-1] * STEP / 21
+    assert numbers["last_50"] == pytest.approx(above, abs=STEP / 10)
+    rms = np.sqrt(np.mean(x[:, 2] ** 2))
+    assert numbers["x_rms.roof"] == pytest.approx(rms, rel=1e-4)
+
+
+def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(quake):
+    light = cell("light", 0.02, m=300.0)
+    system = nv.System.from_host(FRAME, [cell(), light], name="two cells")
+    histories = nv.response_history(
+        system, load={"record": "quake.csv", "scale": 2.0}, duration=6.0, to="q.h5", quiet=True
+    )
+    alone, both = histories["none"], histories["two cells"]
+    assert both.numbers["impact_count.cell"] > 20 < both.numbers["impact_count.light"]
+    touched = both.impacts["damper"]
+    for name in ("cell", "light"):
+        assert both.numbers[f"impact_count.{name}"] == np.sum(touched == name)
+        gap = 0.01 if name == "cell" else 0.02
+        stroke = both.stroke[name]
+        assert both.numbers[f"stroke_max.{name}"] == pytest.approx(gap, rel=1e-3)
+        assert np.abs(stroke).max() <= gap * (1 + 1e-12)
+        signs = np.interp(both.impacts["touch"][touched == name], both.time, stroke) > 0
+        assert np.array_equal(np.where(signs, "+", "-"), both.impacts["wall"][touched == name])
+    assert np.isnan(alone.numbers["E2max.cell"])
+    assert alone.numbers["last_50"] > 0
+    assert len(alone.impacts["touch"]) == 0
+    peak = next(p for p in histories.comparison() if p.damper == "two cells")
+    assert peak.quantity == "x_max.roof"
+    assert peak.reduction == pytest.approx(
+        1 - both.numbers["x_max.roof"] / alone.numbers["x_max.roof"]
+    )
+    again = nv.open_archive("q.h5")
+    assert np.array_equal(again["two cells"].x["roof"], both.x["roof"])
+    assert again.request.hash == histories.request.hash
+    report = "\n".join(again.lines())
+    assert "two cells: E1 above" in report
+    assert "x_max.roof [m]" in report
+    again.plot("x.roof,a.roof,stroke.light,energy,peaks")
+
+
+def test_a_scan_of_loads_on_a_host_has_the_numbers_of_single_histories(quake):
+    system, vary = nv.System.from_host(FRAME, [cell()]), {"cell.gap": [0.01, 0.03], "scale": [1, 2]}
+    scan = nv.response_history(
+        system, load="quake.csv", duration=6.0, quiet=True,
+        vary={name: {"values": values} for name, values in vary.items()},
+    )  # fmt: skip
+    assert scan["x_max.roof"].shape == (1, 2, 2)
+    one = nv.response_history(
+        system, load={"record": "quake.csv", "scale": 2.0}, set={"cell": {"gap": 0.03}},
+        duration=6.0, quiet=True,
+    )["host"]  # fmt: skip
+    for name, value in one.numbers.items():
+        assert scan[name][0, 1, 1] == pytest.approx(value, nan_ok=True), name
+    assert scan["impact_count.cell"][0, 0, 1] > scan["impact_count.cell"][0, 1, 0] > 0
+    scan.plot()
+
+
+def test_a_blow_from_a_file_and_a_start_decay(here, answer):
+    frame = FRAME.reduced(3)
+    Path("frame.toml").write_text(nv.load_response_history(
+        nv.System.from_host(frame, [cell(gap=1.0)], name="tuned"),
+        {"load": {"impulse": 3000.0, "on": {"roof": 1.0, "floor1": -0.5}},
+         "sampling": {"duration": 5.0, "of": ["roof"]}},
+    ).to_toml())  # fmt: skip
+    assert "record" not in answer("response-history", "frame.toml", "-o", "blow.h5", "--quiet")
+    histories = nv.open_archive("blow.h5")
+    # at once after the blow the frame has the energy of its floors' velocities
+    speeds = np.array([-0.5, 0.0, 1.0]) * 3000.0 / 1e4
+    assert histories["none"].E1[0] == pytest.approx(0.5 * 1e4 * speeds @ speeds)
+    assert histories["none"].numbers["E1max"] == pytest.approx(0.5 * 1e4 * speeds @ speeds)
+    start = [0.0] * 8
+    start[4] = 0.01
+    free = nv.response_history(
+        nv.System.from_host(FRAME, [cell()]), start={"state": start}, duration=2.0, quiet=True
+    )  # fmt: skip
+    assert free["host"].E1[0] == pytest.approx(0.5 * 8e6 * 0.01**2)
+
+
+BLOW = {"load": {"impulse": 1.0, "on": "roof"}}
+
+
+@pytest.mark.parametrize(
+    ("source", "changes", "words"),
+    [
+        (None, {"load": {"impulse": 1.0}}, "on is missing, the degree of freedom of the force"),
+        (None, {"load": {"impulse": 1.0, "on": "rooof"}}, "did you mean 'roof'"),
+        (None, {**BLOW, "sampling": {"of": ["rooof"]}}, "did you mean 'roof'"),
+        (None, {"load": {"impulse": 1.0, "on": "roof", "harmonic": True}}, "a host takes a tone"),
+        (None, {**BLOW, "vary": {"omega": {"values": [1.0, 2.0]}}}, "own force is off"),
+        (None, {**BLOW, "vary": {"cell.q": {"values": [1.0, 2.0]}}}, "unknown parameter 'q'"),
+        (None, {**BLOW, "start": {"state": [1.0]}}, "must be floor1, v_floor1"),
+        ("tmd", BLOW, "on = 'roof' is for hosts"),
+        ("tmd", {"load": {"impulse": 1.0}, "sampling": {"of": ["roof"]}}, "of = ('roof',) is for"),
+        (["tmd", None], BLOW, "hosts beside other kinds"),
+        (None, {}, "[load] is empty"),
+    ],
+)  # fmt: skip
+def test_wrong_requests_for_hosts_are_refused_in_one_line(source, changes, words, error_of):
+    host = nv.System.from_host(FRAME, [cell()])
+    named = [one or host for one in source] if isinstance(source, list) else source or host
+    assert words in error_of(nv.load_response_history, named, changes)

@@ -52,7 +52,7 @@ from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits import records, solver_settings
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
-from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
+from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, host_starts_inside, starts_inside
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
@@ -323,7 +323,7 @@ class Scan(Request):
 
     def starts_inside(self) -> list[str]:
         """Return a line that counts starts inside a wall; [] without any, and for random ones."""
-        if self.start.policy == "random" or self.system.scene.kind == HOST:
+        if self.start.policy == "random":
             return []
         if self.sampled is not None:
             places = dict(self.sampled.columns)
@@ -338,6 +338,8 @@ class Scan(Request):
         state: dict[str, Any] = dict(zip(components, self.start.state, strict=False))
         state |= {component_of(name): places[name] for name in places if name in INITIAL}
         shape = np.broadcast_shapes(*(part.shape for part in places.values()))
+        if self.system.scene.kind == HOST:
+            return host_starts_inside(self.system, places, self.start.state, shape)
         return starts_inside(self.system.scene, {**self.system.parameters, **places}, state, shape)
 
     def outline(self) -> Rows:

@@ -58,7 +58,7 @@ def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
     """Raise `RequestError` for the first record of `want` that a scene does not have."""
     for word in want:
         if word not in possible_want(want, scene):
-            lacks = "it" if scene.walls else "wall"
+            lacks = "such record" if scene.walls else "wall"
             raise RequestError(
                 f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
                 f"{lacks}; allowed: {', '.join(possible_want(WANTS, scene))}"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
-from nlds_vines.model.parameters import INITIAL, PHASE
+from nlds_vines.model.parameters import INITIAL, LAWS, PHASE, Law
 from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
@@ -147,11 +147,32 @@ def starts_inside(
     for gap, sign in ((scene.gap_near, 1.0), (scene.gap_far, -1.0)):
         if gap is not None:
             depth = np.maximum(depth, sign * r - gap(parameters))
-    inside = depth > ROUND_OFF * np.maximum(np.abs(r), np.abs(x1))
+    return _inside_in_words(depth, np.maximum(np.abs(r), np.abs(x1)), scene.laws)
+
+
+def host_starts_inside(
+    system: Any, values: Values, state: Sequence[float], shape: tuple[int, ...] = ()
+) -> list[str]:
+    """Return the same of a `HostSystem` with other `values` by name; no state: at rest."""
+    places = np.array(state[::2]) if len(state) else np.zeros(system.rows().shape[1])
+    depth, scale = np.full(shape, -np.inf), 0.0
+    for damper, row in zip(system.dampers, system.rows(), strict=True):
+        r = float(row @ places)
+        scale = max(scale, float(np.abs(row) @ np.abs(places)))
+        for wall in damper.walls:
+            gap = values.get(f"{damper.name}.gap", wall.gap)
+            gap = values.get(f"{damper.name}.gap{wall.side}", gap)
+            depth = np.maximum(depth, r - gap if wall.side == "+" else -r - gap)
+    laws = [LAWS[wall.law] for damper in system.dampers for wall in damper.walls]
+    return _inside_in_words(depth, scale, laws)
+
+
+def _inside_in_words(depth: np.ndarray, scale: Any, laws: Sequence[Law]) -> list[str]:
+    inside = depth > ROUND_OFF * scale
     if not inside.any():
         return []
     most = f"{1e3 * float(depth.max()):.4g} mm deep at most"
-    moved = " and put on it" if all(law.instant for law in scene.laws) else ""
+    moved = " and put on it" if all(law.instant for law in laws) else ""
     count = np.count_nonzero(inside)
     verb = "is" if count == 1 else "are"
     return [f"{count} of {depth.size} starts {verb} inside a wall{moved}, {most}"]

@@ -7,11 +7,14 @@ from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.bifurcation.picture.choices import group, quantities_in, usual_places
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
+from nlds_vines.explore.map_data import stored
+from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.style import setting_label
@@ -124,6 +127,52 @@ def test_random_starts_lie_between_the_walls():
     assert (r[..., 1] >= -0.01 * (1 + 1e-12)).all()
     assert np.abs(states[0, :, 4]).max() > 0.0
     np.testing.assert_array_equal(states[0][:, [0, 2, 4]], states[1][:, [0, 2, 4]])
+
+
+def test_archives_hold_the_request_and_the_same_bits(tmp_path):
+    """As a file, on the command line, in pieces of one sweep each, and orbit by orbit."""
+    file = tmp_path / "frame.toml"
+    file.write_text(toml_text({"system": RIGID.to_table()}))
+    axes = {"omega": {"values": [12.5, 12.6]}, "a.gap": {"values": [0.006, 0.008, 0.01]}}
+    how = {"vary": axes, "record": list(WANT), "start": "both", "sampling": SPAN, "quiet": True}
+    first, second = (nv.scan(source, to=tmp_path / f"{i}.h5", **how) for i, source in
+                     enumerate((file, RIGID)))  # fmt: skip
+    assert first.request.hash == second.request.hash
+    assert first.request.system.parameters == RIGID.parameters
+    with first.read() as one, second.read() as other:
+        assert one.text("title") == "3 degrees of freedom, 2 dampers: ω, gap of a"
+        for name in one.names:
+            np.testing.assert_array_equal(one[name], other[name])
+        assert (list(one["damper"]), list(one["wall"])) == (["a", "b"], ["+", "-"])
+        assert one.dims("section")[-1] == "component"
+        assert one.attrs["b.m"] == 200.0
+        section = one["section"]
+    for start, lane in (("up", 0), ("down", 1)):
+        orbit = nv.orbit_of(first, omega=12.6, start=start, quiet=True, **{"a.gap": 0.008})
+        assert (orbit.section == section[1, 1, lane]).all()
+    data = first.to_xarray()
+    assert data["impacts_by_wall"].sel(damper="b", wall="+").max() == 0
+    with pytest.raises(RequestError, match="no portrait"):
+        nv.orbit_portrait(first, at={"omega": 12.6, "a.gap": 0.008})
+    with pytest.raises(RequestError, match="no scans of hosts"):
+        stored(first)
+
+
+def test_samples_of_hosts():
+    samples = {"a.gap": [0.006, 0.03, -1.0], "b.m": [100.0, 200.0, 300.0]}
+    scan = nv.scan(RIGID, samples=samples, record=["impacts"], sampling=SPAN, quiet=True)
+    with scan.read() as view:
+        assert view["status"].tolist() == [[OK], [OK], [BAD_PARAMETERS]]
+        assert view["impact_rate"][0] > 0.0
+        assert np.isnan(view["impact_rate"][2, 0])
+
+
+def test_starts_inside_walls_are_told():
+    state = [0.0] * 6 + [-0.02, 0.0] + [0.0] * 2  # the cell a, 10 mm inside its wall "+"
+    start = Start("state", state=tuple(state))
+    lines = scan_of({"a.gap": [0.01, 0.03]}, start=start).starts_inside()
+    assert lines == ["1 of 2 starts is inside a wall and put on it, 10 mm deep at most"]
+    assert scan_of({"a.gap": [0.01, 0.03]}).starts_inside() == []
 
 
 def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):

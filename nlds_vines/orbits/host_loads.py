@@ -67,7 +67,7 @@ def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarr
         data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
         impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
         code = run_host_under(
-            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts
+            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts, None
         )
         if code != OK or filled[0] <= room:
             break

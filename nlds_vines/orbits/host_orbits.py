@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -14,6 +14,7 @@ from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.kernels.hosts.body import Body
 from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
 from nlds_vines.kernels.hosts.host_orbit import run_host
+from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
 from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
 from nlds_vines.kernels.scene.codes import OK
@@ -30,7 +31,11 @@ from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_S
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
-RECORDS = ("section", "impacts", "trajectory")
+RECORDS = ("section", "impacts", "energy", "response", "trajectory")
+
+RESPONSE = ("x_max", "x_rms", "a_max")
+"""The quantities of a displacement: the largest and the rms one [m], and the largest absolute
+acceleration [m/s^2]."""
 
 IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 
@@ -73,6 +78,16 @@ class HostOrbit(Outlined):
         One row per touch: `damper`; `wall`, its side; times `touch` and `release` [s] from the
         start of the transient, approach `speed` [m/s], largest `force` [N] and `depth` [m].  If an
         impact lasts beyond the end, `release` is NaN; of a rigid wall the force is infinite.
+    E1max : float
+        Largest energy of the host [J], kinetic and of its stiffness K, exact in time, without the
+        transient.
+    E2max : (dampers,) ndarray
+        The same of each damper's mass, with its spring stretched by its own displacement, as in
+        equation (6); 0 of a damper without a mass.
+    response : mapping
+        For each displacement of `of`, `x_max` and `x_rms`, the largest and the rms one [m], and
+        `a_max`, the largest absolute acceleration [m/s^2], without the transient.  Largest values
+        are exact in time; where rigid walls are struck accelerations are those before and after.
     trajectory : (periods samples, components) ndarray
         `samples` equidistant states of each period, the last one at its end.
     time : (periods samples,) ndarray
@@ -94,6 +109,9 @@ class HostOrbit(Outlined):
     state: np.ndarray
     section: np.ndarray | None = None
     impacts: np.ndarray | None = None
+    E1max: float | None = None
+    E2max: np.ndarray | None = None
+    response: Mapping[str, Mapping[str, float]] | None = None
     trajectory: np.ndarray | None = None
     time: np.ndarray | None = None
     transient: int = 0
@@ -106,7 +124,13 @@ class HostOrbit(Outlined):
         """Return the last state and the records, arrays by their shapes."""
         names = self.system.scene.components
         yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
-        arrays = {name: getattr(self, name) for name in RECORDS}
+        if self.E1max is not None and self.E2max is not None:
+            dampers = [f"E2max of {damper.name}" for damper in self.system.dampers]
+            energies = dict(zip(dampers, self.E2max.tolist(), strict=True))
+            yield "energies [J]", numbers({"E1max": self.E1max, **energies})
+        for row, values in (self.response or {}).items():
+            yield f"{row} [m, m/s^2]", numbers(values)
+        arrays = {name: getattr(self, name) for name in ("section", "impacts", "trajectory")}
         present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
         if present:
             yield "recorded", ", ".join(present)
@@ -185,6 +209,30 @@ class HostOrbits:
         )
         self.tolerance = tolerance
 
+    def records(self, energy: bool, names: Sequence[str]) -> HostRecords | None:
+        """Return empty records of energies and of the response of rows, None if neither is wanted.
+
+        names: as of `HostSystem.displacement`.
+        """
+        n, system = len(self.modes), self.system
+        if not names and not energy:
+            return None
+        pairs = [system.displacement(name) for name in names]
+        rows = np.array([row for row, _ in pairs]).reshape(len(names), -1 if names else self.size)
+        by_mode = np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
+        masses = [damper for damper in system.dampers if damper.m is not None]
+        count = 1 + len(masses) if energy else 0
+        m = np.concatenate([np.ones(n), [damper.m for damper in masses]])
+        k = np.concatenate([self.body.squares, [damper.k for damper in masses]])
+        return HostRecords(
+            masses=m if count else np.zeros(0),
+            springs=k if count else np.zeros(0),
+            rows=by_mode.ravel(),
+            grounds=np.array([system.acceleration * moved for _, moved in pairs]),
+            peaks=np.zeros(count + 2 * len(names)),
+            squares=np.zeros(len(names)),
+        )
+
     def contacts(self) -> Contacts:
         """Return room for the walls in contact of one orbit."""
         count = self.walls.number
@@ -204,22 +252,33 @@ class HostOrbits:
             tolerance=self.tolerance,
         )
 
-    def follow(self, state: np.ndarray, span: Span) -> tuple[int, np.ndarray, Impacts]:
-        """Integrate an orbit; return its status, the sections and the impacts, `state` in place."""
+    def follow(
+        self, state: np.ndarray, span: Span, records: HostRecords | None = None
+    ) -> tuple[int, np.ndarray, Impacts]:
+        """Integrate an orbit; return its status, the sections and the impacts.
+
+        The state and the records are advanced in place.
+        """
         room, start = 64 + IMPACTS_EXPECTED * span.periods, state.copy()
         while True:
-            code, section, impacts = self._follow(state, span, room)
+            code, section, impacts = self._follow(state, span, room, records)
             if code != OK or impacts.filled[0] <= room:
                 return code, section, impacts
             room = int(impacts.filled[0])
             state[:] = start
+            if records is not None:
+                records.peaks[:], records.squares[:] = 0.0, 0.0
 
-    def _follow(self, state: np.ndarray, span: Span, room: int) -> tuple[int, np.ndarray, Impacts]:
+    def _follow(
+        self, state: np.ndarray, span: Span, room: int, records: HostRecords | None
+    ) -> tuple[int, np.ndarray, Impacts]:
         section = np.zeros((span.periods * span.stops, 2 * self.size))
         counts = np.zeros(self.walls.number, np.int64)
         data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
         impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
-        code = run_host(self.body, self.walls, self.contacts(), span, state, section, impacts)
+        code = run_host(
+            self.body, self.walls, self.contacts(), span, state, section, impacts, records
+        )
         return code, section, impacts
 
     def states(self, inner: np.ndarray) -> np.ndarray:
@@ -315,17 +374,51 @@ def host_record(record: Collection[str] | None) -> tuple[str, ...]:
 
 @stoppable
 def follow_host(
-    orbits: HostOrbits, state: np.ndarray, span: Span, tell: Tell | None
+    orbits: HostOrbits,
+    state: np.ndarray,
+    span: Span,
+    tell: Tell | None,
+    records: HostRecords | None = None,
 ) -> tuple[int, np.ndarray, Impacts]:
     """Integrate an orbit, with a message if the kernels are compiled."""
     with Compilation(Needed("a host", "exact", ()), tell, helped=False).followed({_RUN: "orbit"}):
-        return orbits.follow(state, span)
+        return orbits.follow(state, span, records)
 
 
 def compile_host(tell: Tell | None) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
     system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
     follow_host(HostOrbits(system, 1.0), np.zeros(2), Span(0, 0, 1), tell)
+
+
+def host_rows(system: HostSystem, words: Collection[str], of: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the displacements whose response is recorded.
+
+    By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
+    """
+    wanted = (of,) if isinstance(of, str) else tuple(of)
+    if wanted and "response" not in words:
+        raise RequestError(f"of = {shown(of)}: the response is not recorded")
+    if wanted or "response" not in words:
+        return tuple(dict.fromkeys(wanted))
+    ends = [damper.attached_to for damper in system.dampers]
+    names = [end if isinstance(end, str) else end[0] for end in ends]
+    return tuple(dict.fromkeys(names or system.host.dofs))
+
+
+def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.ndarray]:
+    """Return the largest energy of the host and of each damper's mass, 0 without one [J]."""
+    largest = iter(records.peaks.tolist())
+    host = next(largest)
+    return host, np.array([0.0 if damper.m is None else next(largest) for damper in system.dampers])
+
+
+def response_of(records: HostRecords, duration: float) -> np.ndarray:
+    """Return the quantities `RESPONSE` of each row, (rows, 3); duration: of the records [s]."""
+    rows = len(records.grounds)
+    x, a = records.peaks[len(records.peaks) - 2 * rows :].reshape(2, rows)
+    rms = np.sqrt(records.squares / duration) if duration > 0 else np.full(rows, np.nan)
+    return np.stack([x, rms, a], axis=-1)
 
 
 _RUN: Any = getattr(run_host, "entry", run_host)

@@ -25,7 +25,16 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.host_orbits import HostOrbit, HostOrbits, follow_host, host_record
+from nlds_vines.orbits.host_orbits import (
+    RESPONSE,
+    HostOrbit,
+    HostOrbits,
+    energies_of,
+    follow_host,
+    host_record,
+    host_rows,
+    response_of,
+)
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
@@ -234,6 +243,7 @@ def simulate(
     period_steps: float | None = None,
     nodes: int | None = None,
     samples: int = SAMPLES,
+    of: Sequence[str] = (),
     quiet: bool = False,
     **overrides: float | str,
 ) -> Orbit | HostOrbit:
@@ -267,6 +277,10 @@ def simulate(
         Of "exact": collocation nodes of a short impact, in place of the tolerance.
     samples : int
         States of a trajectory per period.
+    of : sequence of str, optional
+        Of a host, the displacements whose response is recorded: a degree of freedom "roof", a
+        damper's mass "cell1", or a difference "roof-floor2"; by default the degrees of freedom that
+        dampers hang on, without dampers all.
     quiet : bool
         Whether to suppress the message about compiling.
     **overrides
@@ -306,13 +320,16 @@ def simulate(
         choice("method of a host", method, METHODS[:1])
         for name, value in options.items():
             if value is not None:
-                allowed = "start, transient, record, tolerance, samples"
+                allowed = "start, transient, record, tolerance, samples, of"
                 raise unknown("option of a host's orbit", name, allowed.split(", "))
         count = whole("samples", samples, 1, 10**6)
         span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
         settings = chosen_settings(method, {"tolerance": tolerance})
-        of_host = HostBeginning(system, settings, start)
-        return of_host.follow(host_record(record), *span[:2], count, quiet=quiet)
+        words = host_record(record)
+        of_host = HostBeginning(system, settings, start, of=host_rows(system, words, of))
+        return of_host.follow(words, *span[:2], count, quiet=quiet)
+    if of:
+        raise RequestError(f"of = {shown(of)} is for the response of a host")
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
@@ -331,6 +348,7 @@ class HostBeginning(NamedTuple):
     settings: Settings
     state: Any  # (components,) at phase zero, as of `simulate`
     is_put_on_walls: bool = False  # whether a state inside a rigid wall is put on it, or refused
+    of: tuple[str, ...] = ()  # displacements whose response is recorded, if it is
 
     def follow(
         self,
@@ -346,16 +364,31 @@ class HostBeginning(NamedTuple):
         span = Span(transient, periods, samples if has_all else 1)
         orbits = HostOrbits(system, self.settings.stepped_to)
         state = orbits.start(self.state, self.is_put_on_walls)
-        code, section, impacts = follow_host(orbits, state, span, notice(quiet))
+        rows = self.of if "response" in record else ()
+        records = orbits.records("energy" in record, rows)
+        code, section, impacts = follow_host(orbits, state, span, notice(quiet), records)
         if code != OK:
             raise IntegrationError.of(system, code)
         states = orbits.states(section)
+        E1max, E2max = None, None
+        if records is not None and "energy" in record:
+            E1max, E2max = energies_of(records, system)
+        response = None
+        if records is not None and "response" in record:
+            table = response_of(records, periods * system.period).tolist()
+            response = {
+                row: dict(zip(RESPONSE, values, strict=True))
+                for row, values in zip(rows, table, strict=True)
+            }
         count = span.first * span.stops + 1 + np.arange(len(states))
         return HostOrbit(
             system,
             orbits.states(state),
             section=states[span.stops - 1 :: span.stops] if "section" in record else None,
             impacts=orbits.table_of(impacts) if "impacts" in record else None,
+            E1max=E1max,
+            E2max=E2max,
+            response=response,
             trajectory=states if has_all else None,
             time=count * (system.period / span.stops) if has_all else None,
             transient=span.first,

@@ -7,6 +7,7 @@ In reading order:
     grid             the tables of its flight: propagators, and bounds that certify touches
     walls            walls of all laws, and the state and the forces of those in contact
     host_flight      from a state to the next touch
+    host_watch       largest energies and the response of rows, in flight and in contact
     host_variations  derivatives in flight, in contacts, and where the motion jumps
     host_contact     from touch to release, several walls at once
     host_orbit       the time loop, and the flow from section to section

@@ -103,12 +103,12 @@ def pairs_of(body, a):
 
     Pairs are (w x, v) of modes and (w r, s) of the links of masses. Link j of a mass is that of
     coordinate modes + j: r = (its part of the host) - u. A pair without stiffness has w = 0; its
-    place has no effect on any rate.
+    place has no effect on any rate. The numbers of the drive stay as they are.
     """
     n, size = body.modes, body.size
     squares = np.zeros(size)
     # the coordinates by those of pairs: a mass moves with the host if its r does not change
-    back = np.eye(2 * size)
+    back = np.eye(len(a))
     for i in range(n):
         squares[i] = body.squares[i]
     for link in range(body.links):
@@ -126,10 +126,9 @@ def pairs_of(body, a):
             back[mass, mass] = back[size + mass, size + mass] = -1.0
     scales = np.sqrt(squares)
     # `back` is its own inverse: u = w q - r and r = w q - u
-    free = np.ascontiguousarray(a[: 2 * size, : 2 * size])
-    paired = times(times(back, free), back)
+    paired = times(times(back, a), back)
     for i in range(size):
-        for j in range(2 * size):
+        for j in range(len(a)):
             # a place is in units of its rate; one without stiffness counts for nothing
             paired[i, j] *= scales[i]
         for j in range(2 * size):
@@ -139,12 +138,17 @@ def pairs_of(body, a):
 
 @jit
 def growth_of(paired, size):
-    """Return G: the coupling of the norms of pairs, and on its diagonal their own growth."""
-    growth = np.zeros((size, size))
-    for i in range(size):
-        for j in range(size):
-            a, b = paired[i, j], paired[i, size + j]
-            c, d = paired[size + i, j], paired[size + i, size + j]
+    """Return G: the coupling of the norms of pairs, and on its diagonal their own growth.
+
+    Two numbers of the drive are a pair, behind the others.
+    """
+    count = len(paired) // 2
+    growth = np.zeros((count, count))
+    for i in range(count):
+        x, v = (i, size + i) if i < size else (2 * i, 2 * i + 1)
+        for j in range(count):
+            y, w = (j, size + j) if j < size else (2 * j, 2 * j + 1)
+            a, b, c, d = paired[x, y], paired[x, w], paired[v, y], paired[v, w]
             if i == j:  # the largest eigenvalue of the symmetric part, if it is positive
                 half = 0.5 * (a + d)
                 growth[i, i] = max(half + hypotenuse(0.5 * (a - d), 0.5 * (b + c)), 0.0)

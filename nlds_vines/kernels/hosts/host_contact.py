@@ -57,6 +57,7 @@ from .host_variations import (
     vary_shortly,
     vary_step,
 )
+from .host_watch import note_series
 from .walls import (
     FAST,
     IS_RIGID,
@@ -612,12 +613,12 @@ def first_event(body, walls, contacts, h, table):
 
 
 @jit
-def follow(host, varied, begun, y):
+def follow(host, varied, watch, begun, y):
     """Follow the walls in contact until the last one is released, or to cell `stop`.
 
-    varied: `Varied` or None; begun: (j, x, `stop`, time [s] of the period's beginning); y: the
-    state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an event is lost or there are
-    too many steps.
+    varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`, time [s] of the
+    period's beginning); y: the state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an
+    event is lost or there are too many steps.
     """
     body, grid, walls, contacts, impacts, scratch = host
     (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
@@ -663,6 +664,8 @@ def follow(host, varied, begun, y):
                 break
             h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
         note_step(walls, contacts, impacts, h)
+        if watch is not None:
+            note_series(body, watch, S, (width, first + OF_DRIVE, first + OF_TOTAL, unit), h)
         if varied is not None:
             vary_step(body, walls, contacts, varied, (first + OF_TOTAL, width), h)
         for i in range(2 * size):

@@ -19,6 +19,7 @@ from .grid import put_load
 from .host_contact import release
 from .host_flight import drive_of
 from .host_orbit import host_flow, new_host_state, place_host_state, run_part
+from .host_watch import host_watch
 from .walls import IS_RIGID, outward_at, push_all
 
 ALIKE_CELLS = 1.0e-14  # round-off of a cell's length, in units of the largest time
@@ -47,10 +48,11 @@ def under(body, h):
 
 
 @jit(entry=True)
-def run_host_under(body, walls, contacts, load, state, section, impacts):
+def run_host_under(body, walls, contacts, load, state, section, impacts, records):
     """Advance y (2 size,) in `state` from the first edge of a load to the last; return a status.
 
-    section: (n + 1, 3 size) takes X, X' and X'' at the edges, after the jumps there.
+    section: (n + 1, 3 size) takes X, X' and X'' at the edges, after the jumps there; records:
+    `HostRecords` or None.
     """
     edges, n, first = load.edges, len(load.edges) - 1, 0
     slack = ALIKE_CELLS * (abs(edges[0]) + abs(edges[n]))
@@ -66,7 +68,7 @@ def run_host_under(body, walls, contacts, load, state, section, impacts):
             whole = new_host_state(flow)
             place_host_state(flow, state, whole)
         if status == OK:
-            status = run_cells(flow, load, first, last, whole, section)
+            status = run_cells(flow, load, (first, last), whole, section, records)
         if status != OK:
             return status
         first = last
@@ -76,16 +78,20 @@ def run_host_under(body, walls, contacts, load, state, section, impacts):
 
 
 @jit
-def run_cells(flow, load, first, last, state, section):
+def run_cells(flow, load, ends, state, section, records):
     """Advance a state through cells of equal length, with the walls in contact as they are."""
-    host, y = bare(flow.host), bare(state)
+    host, y, (first, last) = bare(flow.host), bare(state), ends
+    prepared = host_watch(flow.host.body, flow.host.grid, records)
+    watch = bare(prepared)
+    if records is not None:
+        watch.is_on[0] = 1.0
     body, grid, size = host.body, host.grid, host.body.size
     for p in range(first, last):
         put_load(body, grid, load.rows, p)
         if load.jumps[p] != 0.0:
             strike_all(host, load.jumps[p], load.edges[p], y)
         note_edge(host, 0, y, section, p)
-        status = run_part(host, None, 0, grid.cells, load.edges[p], y)
+        status = run_part(host, None, watch, (0, grid.cells), load.edges[p], y)
         if status != OK:
             return status
         total = 0.0
@@ -97,6 +103,8 @@ def run_cells(flow, load, first, last, state, section):
         if load.jumps[last] != 0.0:
             strike_all(host, load.jumps[last], load.edges[last], y)
         note_edge(host, grid.cells, y, section, last)
+    if records is not None:
+        prepared.is_on[0] = 0.0  # its arrays are in use up to here
     return OK
 
 

@@ -23,6 +23,7 @@ from .grid import host_grid
 from .host_contact import Impacts, PreparedHost, begin, follow, put_on, strike
 from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly
 from .host_variations import varied_of, vary_flight, vary_on_hold
+from .host_watch import host_watch, note_flight
 from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
@@ -176,19 +177,23 @@ def place_host_state(flow, y, state):
 
 
 @jit(entry=True)
-def run_host(body, walls, contacts, span, state, section, impacts):
+def run_host(body, walls, contacts, span, state, section, impacts, records):
     """Advance y (2 size,) in `state` over periods; fill the sections and impacts after `first`.
 
-    span: `scene.Span`; section: (stops periods, 2 size) states. Returns a status.
+    span: `scene.Span`; section: (stops periods, 2 size) states; records: `HostRecords` of the
+    periods after `first`, or None. Returns a status.
     """
     flow, status = host_flow(body, walls, contacts, impacts, span.stops)
     if status != OK:
         return status
     whole = new_host_state(flow)
     place_host_state(flow, state, whole)
-    status = loop(bare(flow.host), None, span, bare(whole), section)
+    watch = host_watch(flow.host.body, flow.host.grid, records)
+    status = loop(bare(flow.host), None, bare(watch), span, bare(whole), section)
     for i in range(flow.space.size):
         state[i] = whole[i]
+    if records is not None:
+        watch.is_on[0] = 0.0  # the arrays of `watch` are in use up to here
     return status
 
 
@@ -198,7 +203,7 @@ def run_on_host(flow, rows, periods, state):
 
     rows: rows for the sections, as far as there is room.
     """
-    return loop(bare(flow.host), None, Span(0, periods, 1), bare(state), rows)
+    return loop(bare(flow.host), None, None, Span(0, periods, 1), bare(state), rows)
 
 
 @jit
@@ -215,26 +220,30 @@ def advance_host(flow, rows, periods, tangent, state):
     vary_on_hold(host.body, host.walls, host.contacts, varied)
     for p in range(periods):
         counts[:] = 0
-        status = loop(host, varied, Span(0, 1, 1), bare(state), rows[p:])
+        status = loop(host, varied, None, Span(0, 1, 1), bare(state), rows[p:])
         if status != OK:
             break
         flow.by_period[p] = counts
+    whole.free[:] = 0.0  # the arrays of `whole` are in use up to here
     return status
 
 
 @jit
-def loop(host, varied, span, state, section):
+def loop(host, varied, watch, span, state, section):
     grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
     size, period, y = host.body.size, grid.h * grid.cells, state
     read_contacts(walls, contacts, state, 2 * size)
     for p in range(span.first + span.periods):
         if p == span.first:  # impacts that have begun before are not recorded
             impacts.filled[0] = 0
+            if watch is not None:
+                watch.is_on[0] = 1.0
             for wall in range(walls.number):
                 contacts.rows[wall] = -1
         for part in range(span.stops):
             cells = grid.cells // span.stops
-            status = run_part(host, varied, cells * part, cells * (part + 1), p * period, y)
+            ends = cells * part, cells * (part + 1)
+            status = run_part(host, varied, watch, ends, p * period, y)
             if status != OK:
                 return status
             row = span.stops * (p - span.first) + part
@@ -251,18 +260,24 @@ def loop(host, varied, span, state, section):
 
 
 @jit
-def run_part(host, varied, first, stop, origin, y):
-    """Advance y from smallest cell `first` to `stop` of a period that begins at `origin` [s]."""
+def run_part(host, varied, watch, ends, origin, y):
+    """Advance y between two smallest cells of a period that begins at `origin` [s]."""
     body, grid, walls, contacts, _, scratch = host
-    (j, x), touches = (first, 0.0), 0
+    (first, stop), touches = ends, 0
+    j, x = first, 0.0
     while j < stop:
         if contacts.active[0] == 0:
             begun = j, x
+            if watch is not None:
+                for i in range(2 * body.size):
+                    watch.begin[i] = y[i]
             wall, j, x = fly(body, grid, walls, scratch, begun, stop, y)
             if wall == LOST_TOUCH or touches > MOST_TOUCHES:
                 return STEP_BUDGET
             if varied is not None:
                 vary_flight(body, grid, scratch, varied, begun, (j, x))
+            if watch is not None:
+                note_flight(body, grid, watch, scratch, begun, (j, x))
             if wall == FLOWN:
                 return OK
             touches += 1
@@ -272,7 +287,7 @@ def run_part(host, varied, first, stop, origin, y):
                 strike(host, varied, wall, time, scratch.drive, y)
             else:
                 begin(host, varied, wall, time, y)
-        j, x = follow(host, varied, (j, x, stop, origin), y)
+        j, x = follow(host, varied, watch, (j, x, stop, origin), y)
         if j == LOST_TOUCH:
             return STEP_BUDGET
     return OK

@@ -1,0 +1,206 @@
+"""Energies and responses of hosts: one damper's kernels, closed forms, samples, the balance."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.integrate import solve_ivp
+
+import nlds_vines as nv
+from nlds_vines.errors import RequestError
+from tests.kernels.test_hosts import KINDS, as_host, matrices_of, random_system
+
+pytestmark = pytest.mark.kernels
+
+RECORD = ("section", "impacts", "energy", "response")
+
+
+@pytest.mark.parametrize(("name", "changes"), KINDS)
+def test_a_host_of_one_degree_of_freedom_has_the_energies_of_one_damper(name, changes):
+    """Under all laws, with impacts and held walls; without a transient, which is not recorded."""
+    system, options = nv.load_system(name, **changes), {"tolerance": 1e-12, "quiet": True}
+    exact = nv.simulate(system, 3, transient=4, record=["energy", "response"], **options)
+    orbit = nv.simulate(as_host(system), 3, transient=4, record=RECORD, of=["x"], **options)
+    plain = nv.simulate(as_host(system), 3, transient=4, **options)
+    assert np.array_equal(orbit.section, plain.section)  # to the last bit
+    assert orbit.E1max == pytest.approx(exact.E1max, rel=1e-11)
+    assert orbit.E2max[0] == pytest.approx(exact.E2max or 0.0, rel=1e-11)
+    values = orbit.response["x"]
+    assert values["x_max"] == pytest.approx(exact.response["x1_max"], rel=1e-11)
+    assert values["x_rms"] == pytest.approx(exact.response["x1_rms"], rel=1e-11)
+    if system.law != "restitution":  # whose impacts have infinite accelerations
+        assert values["a_max"] == pytest.approx(exact.response["a1_max"], rel=1e-11)
+
+
+@pytest.mark.parametrize("base", [False, True])
+def test_a_linear_host_responds_as_its_frequency_response(base):
+    """Twelve storeys, the highest of which move 25 times as fast as the lowest, and a damper."""
+    frame, omega, n = nv.shear_frame([1e4] * 12, [8e6] * 12, ratio=0.05), 5.0, 12
+    cell = nv.Damper("cell", "roof", m=3e3, k=3e3 * 9.0, c=4e3)
+    forces = {"base": {"acceleration": 0.4}} if base else {"force": {"roof": 7e3, "floor3": -2e3}}
+    system = nv.System.from_host(frame, [cell], omega=omega, **forces)
+    names = ["roof", "roof-floor11", "floor3", "cell", "cell-roof"]
+    orbit = nv.simulate(system, 3, transient=150, record=RECORD, of=names, quiet=True)
+    M, C, K, force, _ = matrices_of(system)
+    ground = 0.4 if base else 0.0
+    force = force - ground * M @ np.ones(n + 1)
+    X = np.linalg.solve(K - omega**2 * M + 1j * omega * C, force)
+    places = dict(zip([*frame.dofs, "cell"], range(n + 1), strict=True))
+    for name in names:
+        one, _, other = name.partition("-")
+        x = X[places[one]] - (X[places[other]] if other else 0.0)
+        a = -(omega**2) * x + (0.0 if other else ground)
+        values = orbit.response[name]
+        assert values["x_max"] == pytest.approx(abs(x), rel=1e-10)
+        assert values["x_rms"] == pytest.approx(abs(x) / math.sqrt(2), rel=1e-10)
+        assert values["a_max"] == pytest.approx(abs(a), rel=1e-10)
+
+    def largest(mass, stiffness, part):
+        """Return the largest energy of an amplitude: a constant and a part of twice omega."""
+        kinetic, elastic = omega**2 * part @ mass @ part, part @ stiffness @ part
+        mean = omega**2 * (part.conj() @ mass @ part).real + (part.conj() @ stiffness @ part).real
+        return 0.25 * (mean + abs(elastic - kinetic))
+
+    host = frame
+    assert orbit.E1max == pytest.approx(largest(host.M, host.K, X[:n]), rel=1e-10)
+    own = largest(np.diag([cell.m]), np.diag([cell.k]), X[n:])
+    assert orbit.E2max == pytest.approx([own], rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 8])
+def test_largest_values_are_those_of_many_samples(seed):
+    """They lie above all samples, by no more than a peak between samples can."""
+    system = random_system(seed)
+    names = [*system.host.dofs[-2:], *[d.name for d in system.dampers if d.m][:1]]
+    options = {"transient": 5, "tolerance": 1e-12, "quiet": True}
+    record = [*RECORD, "trajectory"]
+    orbit = nv.simulate(system, 2, record=record, of=names, samples=4096, **options)
+    M, C, K, force, _ = matrices_of(system)
+    n, x, v = len(system.host.dofs), orbit.trajectory[:, ::2], orbit.trajectory[:, 1::2]
+
+    def between(samples, largest, slack=1e-12):
+        """Check a largest value; a peak between samples exceeds them by 1/8 of second differences,
+        or at a corner by the larger of two first ones."""
+        top = np.abs(samples).max()
+        step = np.abs(np.diff(samples)).max()
+        assert top * (1 - slack) <= largest <= top + step, (top, largest, step)
+        assert largest == pytest.approx(top, rel=3e-3)
+
+    host = system.host
+    own = 0.5 * (np.einsum("ti,ij,tj->t", v[:, :n], host.M, v[:, :n])
+                 + np.einsum("ti,ij,tj->t", x[:, :n], host.K, x[:, :n]))  # fmt: skip
+    between(own, orbit.E1max)
+    place = n
+    for damper, largest in zip(system.dampers, orbit.E2max, strict=True):
+        if damper.m is None:
+            assert largest == 0.0
+            continue
+        between(0.5 * (damper.m * v[:, place] ** 2 + damper.k * x[:, place] ** 2), largest)
+        place += 1
+    for name in dict.fromkeys(names):
+        row = x[:, list(system.scene.components).index(name) // 2]
+        between(row, orbit.response[name]["x_max"])
+        rms = math.sqrt(np.mean(row**2))
+        assert orbit.response[name]["x_rms"] == pytest.approx(rms, rel=2e-4)
+    # a flight's accelerations follow from its states
+    free = -(x @ K + v @ C) + np.cos(system.omega * orbit.time)[:, None] * force
+    free = np.abs(np.linalg.solve(M, free.T))
+    away = np.ones(len(x), bool)
+    for touch, release in zip(orbit.impacts["touch"], orbit.impacts["release"], strict=True):
+        end = math.inf if math.isnan(release) else release
+        away &= (orbit.time < touch) | (orbit.time > end)
+    away &= orbit.time > (orbit.impacts["release"][:1] if len(orbit.impacts) else 0.0)
+    for name in dict.fromkeys(names):
+        place = list(system.scene.components).index(name) // 2
+        assert orbit.response[name]["a_max"] >= free[place, away].max() * (1 - 1e-9)
+
+
+def test_forces_do_the_work_that_energies_gain_and_dashpots_take():
+    """In flights by exponentials at Gauss points; in contacts by DOP853, from samples before."""
+    frame = nv.shear_frame([1000.0, 800.0, 900.0], [8e4, 6e4, 9e4], ratio=0.03)
+    walls = {side: nv.Wall(0.03, side, K=3e6) for side in "+-"}
+    dampers = [
+        nv.Damper("a", "roof", m=60.0, k=300.0, c=40.0, walls=list(walls.values())),
+        nv.Damper("b", "floor2", m=40.0, walls=[nv.Wall(0.02, law="power", K=2e5, exponent=1.25)]),
+    ]
+    system = nv.System.from_host(frame, dampers, force={"roof": 900.0}, omega=4.0)
+    samples, periods = 256, 3
+    orbit = nv.simulate(
+        system, periods, transient=5, samples=samples, record=["trajectory", "impacts"],
+        tolerance=1e-13, quiet=True,
+    )  # fmt: skip
+    M, C, K, force, rows = matrices_of(system)
+    size, inverse, omega = len(M), np.linalg.inv(M), system.omega
+    sides = [
+        (sign * row, wall)
+        for row, damper in zip(rows, dampers, strict=True)
+        for wall in damper.walls
+        for sign in ((1 if wall.side == "+" else -1),)
+    ]
+
+    def energy(y):
+        total = 0.5 * (y[size:] @ M @ y[size:] + y[:size] @ K @ y[:size])
+        for row, wall in sides:
+            p = wall.constants.get("exponent", 1.5)
+            total += wall.constants["K"] * max(row @ y[:size] - wall.gap, 0.0) ** (p + 1) / (p + 1)
+        return total
+
+    def rates(t, y):
+        """Return the rates of (X, V, the work of the force less what dashpots take)."""
+        total = force * math.cos(omega * t) - K @ y[:size] - C @ y[size : 2 * size]
+        for row, wall in sides:
+            z = max(row @ y[:size] - wall.gap, 0.0)
+            total = total - row * wall.constants["K"] * z ** wall.constants.get("exponent", 1.5)
+        v = y[size : 2 * size]
+        gain = force @ v * math.cos(omega * t) - v @ C @ v
+        return np.concatenate([v, inverse @ total, [gain]])
+
+    A = np.zeros((2 * size + 2, 2 * size + 2))
+    A[:size, size : 2 * size] = np.eye(size)
+    A[size : 2 * size, :size], A[size : 2 * size, size : 2 * size] = -inverse @ K, -inverse @ C
+    A[size : 2 * size, 2 * size] = inverse @ force
+    A[2 * size, 2 * size + 1], A[2 * size + 1, 2 * size] = -omega, omega
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    h = system.period / samples
+    flights = [scipy.linalg.expm(A * 0.5 * h * (1 + node)) for node in nodes]
+
+    states = np.concatenate([orbit.trajectory[:, ::2], orbit.trajectory[:, 1::2]], axis=1)
+    gain, size_of_gain, contacts, touches = 0.0, 0.0, 0, orbit.impacts["touch"]
+    for k in range(len(states) - 1):
+        t0, t1 = orbit.time[k], orbit.time[k + 1]
+        is_deep = any((row @ states[k, :size]) > wall.gap for row, wall in sides)
+        if is_deep or np.any((touches >= t0) & (touches < t1)):
+            contacts += 1
+            start = np.append(states[k], 0.0)
+            piece = solve_ivp(rates, (t0, t1), start, "DOP853", rtol=1e-13, atol=1e-16,
+                              max_step=h / 8)  # fmt: skip
+            part = piece.y[-1, -1]
+        else:
+            begin = np.append(states[k], [math.cos(omega * t0), math.sin(omega * t0)])
+            part = 0.0
+            for flight, weight in zip(flights, weights, strict=True):
+                y = flight @ begin
+                v = y[size : 2 * size]
+                part += 0.5 * h * weight * (force @ v * y[2 * size] - v @ C @ v)
+        gain += part
+        size_of_gain += abs(part)
+    assert contacts > 20
+    assert energy(states[-1]) - energy(states[0]) == pytest.approx(gain, abs=1e-11 * size_of_gain)
+
+
+def test_what_is_not_there_is_refused():
+    frame = nv.shear_frame([1.0, 1.0], [4.0, 4.0], ratio=0.1)
+    cell = nv.Damper("cell-1", "roof", m=0.1, k=0.1)
+    system = nv.System.from_host(frame, [cell], force={"roof": 1.0}, omega=1.0)
+    assert system.displacement("roof-cell-1")[0].tolist() == [0.0, 1.0, -1.0]
+    for record, of, message in (
+        (["energy"], ["roof"], r"of = \['roof'\]: the response is not recorded"),
+        (["response"], ["attic"], "unknown displacement 'attic'"),
+        (["response"], ["roof-attic"], "unknown displacement 'roof-attic'"),
+        (["clearance"], [], "unknown record of a host 'clearance'"),
+    ):
+        with pytest.raises(RequestError, match=message):
+            nv.simulate(system, 1, record=record, of=of, quiet=True)
+    with pytest.raises(RequestError, match="is for the response of a host"):
+        nv.simulate("ssul-set6", 1, of=["x1"], quiet=True)

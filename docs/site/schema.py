@@ -146,6 +146,7 @@ def schema() -> Schema:
             "over": named(PARAMETERS, table(AXIS), loads=True),
             "uncertain": named(PARAMETERS, {"anyOf": [*SPREADS, spread]}, loads=True),
             "free": named(PARAMETERS, interval),
+            "places": {"type": "object", "additionalProperties": {"type": "array"}},
             "along": named(PARAMETERS, ends),
             "plane": named(PARAMETERS, ends),
             **tables(),

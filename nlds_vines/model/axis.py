@@ -26,7 +26,13 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.parameters import DESCRIBED, PARAMETERS, RATIOS, ends_in_words
+from nlds_vines.model.parameters import (
+    DESCRIBED,
+    INITIAL,
+    PARAMETERS,
+    RATIOS,
+    ends_in_words,
+)
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
 MOST_VALUES = 10**7  # more than can be computed, fewer than fill the memory
@@ -150,7 +156,8 @@ class Interval:
     stated: Interval | None = None  # that of a ratio from which this one follows, as f for omega
 
     def __post_init__(self) -> None:
-        choice("parameter", self.name, (*PARAMETERS, *RATIOS))
+        if self.name not in DESCRIBED or self.name in INITIAL:
+            choice("parameter", self.name, (*PARAMETERS, *RATIOS))
         for end in ("low", "high"):
             value = number(f"{end} of {self.name}", getattr(self, end))
             DESCRIBED[self.name].check(np.asarray(value))

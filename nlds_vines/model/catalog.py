@@ -178,7 +178,11 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
         return System(kind, parameters, name, title, sources, assumptions, law, law_2)
 
 
-def refuse_without_force(system: System) -> None:
+def refuse_without_force(system: AnySystem) -> None:
+    if isinstance(system, HostSystem):
+        if not (system.force or system.acceleration):
+            raise RequestError("a host without a force: give [system.force]")
+        return
     missing = ", ".join(n for n, source in system.sources.items() if source == _NOT_GIVEN)
     if missing:
         raise RequestError(f"parameters of kind {system.kind!r} are missing: {missing}")

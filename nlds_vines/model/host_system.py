@@ -352,9 +352,15 @@ class HostSystem(Outlined):
         """The parameters; none of a host is set as a ratio of others."""
         return self.parameters
 
+    @property
+    def ratios(self) -> Mapping[str, float]:
+        """The frequency f [Hz], by name."""
+        return {"f": self.omega / (2 * pi)}
+
     def following(self, names: Collection[str]) -> set[str]:
-        """Return the parameters that change with those of `names`: none of a host does."""
-        return set()
+        """Return the parameters that change with those of `names`: gap+ and gap- with gap."""
+        changed = {part for name in names for part in self.parts(name)}
+        return {name for name in self.parameters if not changed.isdisjoint(self.parts(name))}
 
     def with_axes(self, names: Iterable[str]) -> HostSystem:
         """Return the system under the force, or motion of the ground, that varies, if one does.
@@ -540,8 +546,8 @@ class HostSystem(Outlined):
 
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
         """Return the attributes by which an archive describes the system [SI], without `varied`."""
-        gone = {part for name in varied for part in (*self.parts(name), name)}
-        values = {k: v for k, v in self.parameters.items() if gone.isdisjoint(self.parts(k))}
+        gone = self.following(varied)
+        values = {name: value for name, value in self.parameters.items() if name not in gone}
         return {
             "system": self.name,
             "kind": self.kind,

@@ -222,8 +222,8 @@ Document = Mapping[str, Any]  # the content of a TOML file, as nested tables
 LENT = ("title", "system", "set", "sampling")  # used even from a file for another kind of request
 SHARED = ("start", "search")  # tables with a meaning of their own in each kind of request
 MARKS = (  # keys that only some kinds of request have at the top of their files
-    "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "along",
-    "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
+    "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "places",
+    "along", "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
 )  # fmt: skip
 SAMPLING = frozenset(  # all keys of [sampling], of whatever kind of request
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
@@ -335,6 +335,21 @@ class Form:
         return where, lent, left
 
 
+def tables(entries: Mapping[str, Any], nested: Collection[str] = ()) -> dict[str, Any]:
+    """Return the entries of a table by names of parameters, those of inner tables as tone.omega.
+
+    Inner tables are those of the names `nested`, and of hosts' dampers, whose entries are tables.
+    """
+    result: dict[str, Any] = {}
+    for key, entry in entries.items():
+        is_table = isinstance(entry, Mapping)
+        if is_table and (key in nested or any(isinstance(v, Mapping) for v in entry.values())):
+            result |= {f"{key}.{inner}": value for inner, value in entry.items()}
+        else:
+            result[key] = entry
+    return result
+
+
 @dataclass(frozen=True)
 class Merged:
     """The merged document of a request, and its validated settings by table and key."""
@@ -361,17 +376,7 @@ class Merged:
 
     def table(self, name: str) -> Document:
         """Return the merged entries of a table by names of parameters, which are not validated."""
-        entries: dict[str, Any] = {}
-        for key, entry in self.document.get(name, {}).items():
-            # of a load, tone.omega; of a damper on a host, cell1.k, whose entries are tables, too
-            is_outer = isinstance(entry, Mapping) and any(
-                isinstance(value, Mapping) for value in entry.values()
-            )
-            if is_outer or (key in self.form.nested and isinstance(entry, Mapping)):
-                entries |= {f"{key}.{inner}": value for inner, value in entry.items()}
-            else:
-                entries[key] = entry
-        return entries
+        return tables(self.document.get(name, {}), self.form.nested)
 
     def of(self, owner: Any) -> dict[str, Any]:
         return {

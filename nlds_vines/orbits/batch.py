@@ -28,7 +28,7 @@ from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
-from nlds_vines.orbits.starts import user_states
+from nlds_vines.orbits.starts import random_states, user_states
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -430,6 +430,10 @@ class Batch:
             objective.reshape(shape), energy[..., 1].reshape(shape),
             outputs.status.reshape(shape), broken, rate if self._scene.walls else None,
         )  # fmt: skip
+
+    def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
+        """Return starts (..., draws, 4) of the cells (...), of draws from [-1, 1)."""
+        return random_states(cells, draws, self._scene)
 
 
 # ---- starts at a phase of the force ----

@@ -13,8 +13,10 @@ from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Kernels, Outputs, Wanted, on_threads
-from nlds_vines.orbits.host_orbits import HostOrbits, compile_host
+from nlds_vines.orbits.batch import METHOD, Kernels, Outcome, Outputs, Wanted, on_threads
+from nlds_vines.orbits.host_orbits import HostOrbits, compile_host, energies_of, response_of
+from nlds_vines.orbits.responses import OF_ROWS
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, start_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Tell
@@ -105,6 +107,56 @@ class HostKernels:
             by_wall = [impacts_of(by_period, wall, n) for wall in range(orbits.walls.number)]
             buffers.cycle[place] = [n, *by_wall]
         return code, orbits.states(state)
+
+
+class HostBatch:
+    """Runs the designs of a host's tuning for an objective of `responses.host_objectives`."""
+
+    def __init__(
+        self, system: HostSystem, tolerance: float, objective: str, tell: Tell | None = None
+    ) -> None:
+        self._system, self._tell = system, tell
+        self._tolerance = Settings.of(METHOD, tolerance).stepped_to
+        row, _, self._quantity = objective.rpartition(".")
+        self._rows = (row,) if row else ()
+
+    def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
+        """Run one orbit for each of the cells (...) from `starts` (..., components)."""
+        compile_host(self._tell, has_records=True)
+        columns = np.zeros((cells.size, 4))
+        starts = starts.reshape(cells.size, -1)
+        arguments = cells.ravel(), starts, Span(transient, periods, 1), columns
+        on_threads(self._orbits, arguments, cells.size, 1, MOST_AT_ONCE)
+        objective, E2max, status, impacts = (column.reshape(cells.shape) for column in columns.T)
+        return Outcome(objective, E2max, status, np.zeros(cells.shape), impacts / periods)
+
+    def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
+        """Return starts (..., draws, components) of the cells (...), of draws from [-1, 1)."""
+        states = [
+            [HostOrbits(in_cell(self._system, cell)).random_state(draw) for draw in draws]
+            for cell in cells.ravel()
+        ]
+        return np.reshape(states, (*cells.shape, *draws.shape))
+
+    def _orbits(
+        self, begin: int, end: int, cells: Any, starts: np.ndarray, span: Span, out: np.ndarray
+    ) -> None:
+        """Fill the rows (objective, E2max, status, impacts) of orbits `begin` to `end` - 1."""
+        for i in range(begin, end):
+            interrupts.check()
+            try:
+                orbits = HostOrbits(in_cell(self._system, cells[i]), self._tolerance)
+            except RequestError:
+                out[i, 2] = BAD_PARAMETERS
+                continue
+            records: Any = orbits.records(True, self._rows)
+            state = orbits.start(starts[i], is_put_on_walls=True)
+            code, _, impacts = orbits.follow(state, span, records)
+            E1, E2 = energies_of(records, orbits.system)
+            values = {"E1max": E1, "E2max": E2.max(initial=0.0)}
+            for row in response_of(records, span.periods * orbits.system.period):
+                values |= dict(zip(OF_ROWS, row.tolist(), strict=True))
+            out[i] = values[self._quantity], values["E2max"], code, impacts.filled[0]
 
 
 def in_cell(system: HostSystem, cell: Any) -> HostSystem:

@@ -26,6 +26,7 @@ from nlds_vines.model.parameters import CONSTANTS, DAMPING
 from nlds_vines.model.scenes import LONGEST_NAME
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import WALLS
+from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.solver_settings import TOLERANCE
 from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
 from nlds_vines.runs.interrupts import stoppable
@@ -33,9 +34,7 @@ from nlds_vines.runs.progress import Tell
 
 RECORDS = ("section", "impacts", "energy", "response", "trajectory")
 
-RESPONSE = ("x_max", "x_rms", "a_max")
-"""The quantities of a displacement: the largest and the rms one [m], and the largest absolute
-acceleration [m/s^2]."""
+RESPONSE = tuple(OF_ROWS)
 
 IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 
@@ -385,10 +384,11 @@ def follow_host(
         return orbits.follow(state, span, records)
 
 
-def compile_host(tell: Tell | None) -> None:
+def compile_host(tell: Tell | None, has_records: bool = False) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
     system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
-    follow_host(HostOrbits(system, 1.0), np.zeros(2), Span(0, 0, 1), tell)
+    orbits = HostOrbits(system, 1.0)
+    follow_host(orbits, np.zeros(2), Span(0, 0, 1), tell, orbits.records(has_records, ()))
 
 
 def host_rows(system: HostSystem, words: Collection[str], of: Sequence[str]) -> tuple[str, ...]:

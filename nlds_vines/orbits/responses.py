@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import alone, foot_amplitude
 from nlds_vines.model.quantities import Quantity, stored_in
 from nlds_vines.model.scenes import Scene
@@ -27,6 +28,21 @@ def objectives_of(scene: Scene) -> dict[str, str]:
     """Return the objectives of a tuning by name, with their units."""
     every = (*stored_in("energy"), *quantities_of(scene))
     return {entry.name: entry.unit for entry in every if entry.has(scene)}
+
+
+OF_ROWS: Mapping[str, str] = {"x_max": "m", "x_rms": "m", "a_max": "m/s^2"}
+"""Quantities of a displacement of a host, with their units: the largest and the rms one, and the
+largest absolute acceleration."""
+
+
+def host_objectives(system: HostSystem, name: str) -> dict[str, str]:
+    """Return the objectives of a host's tuning: energies, and quantities of the row in a `name`."""
+    row = name.rpartition(".")[0]
+    rows = (row,) if row else system.host.dofs
+    for one in rows:
+        system.displacement(one)
+    quantities = {f"{one}.{quantity}": unit for one in rows for quantity, unit in OF_ROWS.items()}
+    return {**dict.fromkeys(ENERGIES, "J"), **quantities}
 
 
 def moving(scene: Scene) -> dict[str, bool | None]:

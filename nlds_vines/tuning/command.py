@@ -11,12 +11,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, SYSTEM, Option, assignments, ends, named, numbers, spaced
+from nlds_vines.cli.options import (
+    SET,
+    SYSTEM,
+    Option,
+    assignments,
+    comma_separated,
+    ends,
+    named,
+    numbers,
+    spaced,
+)
 from nlds_vines.cli.running import RunOptions, optional_path
 from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.model.catalog import as_system
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -177,6 +187,7 @@ class Job(commands.Job):
             *(f"          {line}" for line in records),
             *(f"draws:    {one.words()}" for one in tuning.uncertain),
             f"objective: {tuning.objective_in_words}",
+            *(f"places:   {words}" for words in tuning.layouts_in_words if words),
             f"judged:   by the {tuning.judged}: {cases_in_words}{from_rest}",
             *(f"axis:     {axis.heading()}" for axis in tuning.over),
             f"search:   {search.method}, {search.population} first designs and as many in each of "
@@ -193,7 +204,7 @@ class Job(commands.Job):
 
 def _system(text: str) -> dict[str, Any]:
     with at("--system"):  # `load_tuning` refuses a system without a force unless there is a load
-        return {"system": as_system(text, needs_force=False)}
+        return {"system": any_system(text, needs_force=False)}
 
 
 def _spread(option: str, text: str) -> dict[str, Any]:
@@ -229,6 +240,10 @@ OPTIONS = (
     named(
         "--over", "NAME=A,B,...",
         "minimize the worst over these values, or START:STOP:NUM; several combine", "over", _over,
+    ),
+    named(
+        "--places", "DAMPER=DOF,DOF", "of a host: try these places, by a search each", "places",
+        lambda option, text: comma_separated(text),
     ),
     named(
         "--uncertain", "NAME=SPREAD[:LAW]",

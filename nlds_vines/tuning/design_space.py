@@ -16,7 +16,7 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, choice, from_text, number, shown, table
 from nlds_vines.model.axis import Interval
-from nlds_vines.model.parameters import FORCING, STRUCTURE
+from nlds_vines.model.parameters import FORCE, FORCING, GROUND, STRUCTURE, split_name
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import BASES, Scene
 
@@ -55,12 +55,17 @@ k2 reaches from far below the stiffness m2 omega^2 that tunes a linear damper of
 (2366 N/m) to far above it; c2 from a damping at which orbits still settle within the default
 transient of 300 periods to ten times that of a good tuned mass damper."""
 
+_LIKE = {"m": "m2", "k": "k2", "c": "c2"}  # of a host's damper, with the scale of this parameter
+
 USUAL = ("k2", "c2", "C", "D")  # tuned by default, as far as the scene has them
 
 
 def tunable(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the damper's parameters and of the ratios that stand for them."""
-    of_damper = [name for name in scene.allowed if name not in STRUCTURE + FORCING + BASES]
+    """Return the names of the dampers' parameters and of the ratios that stand for them."""
+    foreign = (*STRUCTURE, *FORCING, *BASES, GROUND)
+    of_damper = [
+        name for name in scene.allowed if name not in foreign and not name.startswith(f"{FORCE}.")
+    ]
     ratios = ratios_in(scene).items()
     return (*of_damper, *(name for name, ratio in ratios if ratio.gives in of_damper))
 
@@ -83,7 +88,9 @@ class Free(Interval):
 
     @property
     def logarithmic(self) -> bool:
-        return self.name in BOUNDS and BOUNDS[self.name].logarithmic and self.low > 0
+        key = split_name(self.name)[1] or self.name
+        bounds = BOUNDS.get(_LIKE.get(key, key))
+        return bounds is not None and bounds.logarithmic and self.low > 0
 
     @property
     def inert(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from itertools import product
 from math import pi, prod
@@ -22,7 +22,8 @@ from nlds_vines.loads.request import (
     refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import refuse_without_force
+from nlds_vines.model.catalog import AnySystem, refuse_without_force, without_hosts
+from nlds_vines.model.host_system import PLACE, HostSystem
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -49,10 +50,11 @@ from nlds_vines.model.setting import (
     entries,
     setting,
     settings_of,
+    tables,
 )
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System, refuse_foreign
-from nlds_vines.orbits.responses import objectives_of
+from nlds_vines.orbits.responses import host_objectives, objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.design_space import (
     DRAWS,
@@ -187,6 +189,9 @@ class Tuning(Request):
         harmonic force.
     uncertain : tuple of Uncertain, optional
         Uncertain parameters and numbers of the load.
+    places : mapping of str to list, optional
+        Of a host, the places by damper's name among which the search chooses, by one search each:
+        degrees of freedom, or pairs of them.
     surface : Surface, optional
         Two free parameters over which the objective is computed through the optimum.
     transient, periods : int, optional
@@ -209,11 +214,12 @@ class Tuning(Request):
     content: ClassVar[str] = TUNING
 
     title: str
-    system: System
+    system: AnySystem
     free: tuple[Free, ...]
     over: tuple[Axis, ...] = ()
     history: HistoryRequest | None = None
     uncertain: tuple[Uncertain, ...] = ()
+    places: Mapping[str, Sequence[Any]] = field(default_factory=dict)
     surface: Surface | None = None
     transient: int = setting(
         300, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
@@ -232,10 +238,17 @@ class Tuning(Request):
         system = self.system.with_axes([*over, *self.names])
         object.__setattr__(self, "system", system)
         if self.history is not None:
-            object.__setattr__(self, "history", replace(self.history, systems=(system,)))
+            systems = (without_hosts(system),)
+            object.__setattr__(self, "history", replace(self.history, systems=systems))
         check_settings(self)
         self._check_names()
         self._check_corners()
+        for name, candidates in self.places.items():
+            with at(f"places of {name}"):
+                if not isinstance(candidates, list | tuple) or not candidates:
+                    raise RequestError(f"{shown(candidates)} must be a list of places")
+        for layout in self.layouts:
+            self.system.with_(**layout)
         if self.most_lanes > MOST_LANES:
             raise RequestError(
                 f"the tuning may need {self.most_lanes} orbits; allowed: up to {MOST_LANES}"
@@ -247,6 +260,8 @@ class Tuning(Request):
         return self._objectives_in(self.system.scene)
 
     def _objectives_in(self, scene: Scene) -> Mapping[str, str]:
+        if isinstance(self.system, HostSystem) and self.history is None:
+            return host_objectives(self.system, self.search.objective)
         if self.history is None:
             return objectives_of(scene)
         # contacts need walls, accelerations and contact forces a law under which impacts take time,
@@ -268,6 +283,8 @@ class Tuning(Request):
     def objective_in_words(self) -> str:
         """The name of the objective and its meaning, with body and frame."""
         name = self.search.objective
+        if name not in (BY_NAME if self.history is None else OF_LOADS_BY_NAME):
+            return name
         if self.history is None:
             return f"{name}, {BY_NAME[name].words_in(self.system.scene)}"
         return f"{name}, {OF_LOADS_BY_NAME[name].words}"
@@ -311,10 +328,36 @@ class Tuning(Request):
         if set(self.names) != {"C", "D"}:
             return None
         try:
-            clearance = slow_manifold(self.system.with_(C=1.0, D=1.0)).best.clearance
+            system = without_hosts(self.system.with_(C=1.0, D=1.0))
+            clearance = slow_manifold(system).best.clearance
         except RequestError:
             return None
         return np.array([clearance, clearance])
+
+    @property
+    def layouts(self) -> list[dict[str, Any]]:
+        """The combinations of the places of dampers, as `HostSystem.with_` takes them."""
+        names = [f"{name}.{PLACE}" for name in self.places]
+        chosen = product(*self.places.values())
+        return [dict(zip(names, one, strict=True)) for one in chosen]
+
+    def with_layouts(self) -> list[Tuning]:
+        """Return the tuning with the system of each layout."""
+        if not self.places:
+            return [self]
+        return [
+            replace(self, system=self.system.with_(**layout), places={}) for layout in self.layouts
+        ]
+
+    @property
+    def layouts_in_words(self) -> list[str]:
+        """The layouts, as cell1 on roof, cell2 on floor1."""
+
+        def words(name: str, place: Any) -> str:
+            where = place if isinstance(place, str) else "-".join(place)
+            return f"{name.removesuffix(f'.{PLACE}')} on {where}"
+
+        return [", ".join(words(*one) for one in layout.items()) for layout in self.layouts]
 
     def starts_inside(self) -> list[str]:
         """Return a line if designs start inside a wall."""
@@ -455,7 +498,8 @@ class Tuning(Request):
         locally = search.optima * search.polish
         robustness = search.optima * (1 + 2 + 2 * len(self.free) + STARTS + 1)
         surface = 0 if self.surface is None else self.surface.size**2
-        return search.seeds * (globally + locally) + robustness + surface
+        searches = search.seeds * len(self.layouts)
+        return searches * (globally + locally) + robustness + surface
 
     @property
     def most_lanes(self) -> int:
@@ -478,6 +522,8 @@ class Tuning(Request):
             document["start"] = entries(self.history, "start")
         if self.uncertain:
             document["uncertain"] = {one.name: one.entry() for one in self.uncertain}
+        if self.places:
+            document["places"] = {name: list(these) for name, these in self.places.items()}
         if self.surface is not None:
             document["surface"] = entries(self.surface, "surface")
         return document
@@ -487,6 +533,7 @@ FORM = Form(
     "tuning",
     (Tuning, Search, Surface, HistoryRequest, Loading),
     names=("set", "free", "over", "uncertain"),
+    whole=("places",),
     nested=ALL,
 )
 
@@ -532,7 +579,7 @@ def load_tuning(
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
     refuse_load_in_set(request)
-    system = request.system(DEFAULT_SYSTEM, needs_force=False)
+    system = request.any_system(DEFAULT_SYSTEM, needs_force=False)
     entries = _free(request, system.scene)
     varied = dict.fromkeys(entries, "free") | dict.fromkeys(request.table("over"), "over")
     system = request.as_set(system, varied)
@@ -578,7 +625,7 @@ def load_tuning(
         title = title[:MOST_CHARACTERS]
     return request.make(
         Tuning, request.origin("over"), **steady, title=title, system=system, free=free, over=over,
-        history=history, uncertain=uncertain, surface=grid,
+        history=history, uncertain=uncertain, surface=grid, places=request.table("places"),
         search=Search(**default | request.of(Search)),
     )  # fmt: skip
 
@@ -590,16 +637,16 @@ def _free(request: Merged, scene: Scene) -> dict[str, Any]:
     """
     (_, below), (_, above) = request.layers
     names = set(meant_by(scene, below.get("set", {})))
-    entries = below.get(
-        "free", {n: {} for n in USUAL if n in scene.parameter_names and n not in names}
+    entries = tables(
+        below.get("free", {n: {} for n in USUAL if n in scene.parameter_names and n not in names})
     )
-    free = above.get("free", {})
+    free = tables(above.get("free", {}))
     stated = {*meant_by(scene, [*above.get("set", {}), *above.get("over", {})])}
     stated |= {*meant_by(scene, free)} - {*free}
     return {k: v for k, v in entries.items() if stated.isdisjoint(meant_by(scene, [k]))} | free
 
 
-def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
+def _history(request: Merged, system: AnySystem) -> tuple[HistoryRequest | None, dict[str, Any]]:
     """Return the response history if there is a load or a start, else the settings without one."""
     loaded = bool(request.table("load") or request.table("start"))
     owner: type = HistoryRequest if loaded else Tuning
@@ -616,4 +663,5 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
         return None, {"periods": periods} | request.of(Tuning)
     with at(request.place("load" if request.table("load") else "start")):
         load = Loading(**request.of(Loading))
-        return HistoryRequest("under a load", (system,), load, **request.of(HistoryRequest)), {}
+        systems = (without_hosts(system),)
+        return HistoryRequest("under a load", systems, load, **request.of(HistoryRequest)), {}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -147,6 +147,7 @@ def contents(
         *(Dataset.real(name, dims, "1", impacts) for name in impacts_of(tuning)),
         Dataset.code("stage", dims, "stage of the search", STAGES),
         Dataset("seed", dims, "int64", "1", "seed of the search", 0),
+        *([_layout(tuning, "layout", dims)] if tuning.places else []),
         Dataset.code("status", dims, "how its worst orbit ended", STATUS_FLAGS),
     ]
     datasets = [(entry, columns[entry.name]) for entry in table]
@@ -161,6 +162,8 @@ def contents(
     dims, grid = ("optimum",), () if tuning.surface is None else tuning.surface.parameters
     for name in tuning.names:
         datasets.append((DESCRIBED[name].dataset(dims, "optimum_"), columns[name][optima]))
+    if tuning.places:
+        datasets.append((_layout(tuning, "optimum_layout", dims), columns["layout"][optima]))
     place = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
     datasets.append((place, optima))
     again = f"{tuning.judged_by(tuning.fresh_draws)} that the search did not have"
@@ -180,6 +183,11 @@ def contents(
     return [(entry, values) for entry, values in datasets if values.size]
 
 
+def _layout(tuning: Tuning, name: str, dims: tuple[str, ...]) -> Dataset:
+    flags = {words.replace(" ", "_"): i for i, words in enumerate(tuning.layouts_in_words)}
+    return Dataset.code(name, dims, "places of the dampers", flags)
+
+
 @dataclass(frozen=True, repr=False)
 class Optimum(Outlined):
     parameters: Mapping[str, float]  # [SI]
@@ -191,6 +199,9 @@ class Optimum(Outlined):
     mean: float | None = None  # over the draws of the search
     quantile: float | None = None  # over the draws of the search
     impacts: float = nan  # with walls, of the worst case: per forcing period, or under the load
+    places: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # cell1.attached_to, as `with_` takes it
 
     @property
     def cause(self) -> str:
@@ -298,7 +309,8 @@ class Tuned(Drawable):
             values = [item.objective, *[item.finer] * has_finer, *[item.impacts] * has_impacts]
             columns = [f"{_at_bound(one, item.parameters[one.name]):10.5g}" for one in tuning.free]
             columns += [f"{value:11.5g}" for value in values]
-            yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})"])
+            where = tuning.layouts_in_words[tuning.layouts.index({**item.places})]
+            yield "  ".join([*columns, f"{item.worst:.5g} ({item.cause})", where]).rstrip()
         # remarks on draws, seeds and bands, on inert parameters and optima at a bound
         best, unit = self.best, tuning.unit
         if tuning.draws:
@@ -356,10 +368,12 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
             columns["objective"] = view["optimum_fresh" if tuning.draws else "optimum_objective"]
             if "optimum_finer" in view:
                 columns["finer"] = view["optimum_finer"]
+            placed = view["optimum_layout"] if tuning.places else np.zeros(len(rows), int)
             optima = [
                 Optimum(
                     parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
                     robustness=dict(zip(causes, robustness, strict=True)),
+                    places=tuning.layouts[placed[i]],
                     **{name: float(values[i]) for name, values in columns.items()},
                 )
                 for i, robustness in enumerate(view["robustness"].tolist())

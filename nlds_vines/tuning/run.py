@@ -15,9 +15,10 @@ import numpy as np
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.run import numbers_of
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
 from nlds_vines.orbits.batch import Batch, Outcome
-from nlds_vines.orbits.starts import random_states
+from nlds_vines.orbits.host_batch import HostBatch
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
@@ -58,11 +59,20 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
         search = tuning.search
         with Progress(tuning.most_evaluations, "design", quiet=how.quiet, at_most=True) as progress:
             log = Log(tuning, store, progress)
-            spread = [_search(tuning, log, seed) for seed in search.all_seeds]
+            layouts = range(len(tuning.layouts))
+            spread = [
+                min(_search(tuning, log, seed, layout) for layout in layouts)
+                for seed in search.all_seeds
+            ]
             points, values, rows = log.designs()
-            chosen = _distinct(tuning, points, values, search.within)
+            placed = log.columns()["layout"][rows].astype(int)
+            chosen = _distinct(tuning, points, values, search.within, placed)
             best, judged = points[chosen], {"search_best": np.array(spread)}
-            tested = [log.evaluate(perturbed(tuning, p), "robustness", search.seed) for p in best]
+            placed = placed[chosen]
+            tested = [
+                log.evaluate(perturbed(tuning, point), "robustness", search.seed, layout)
+                for point, layout in zip(best, placed, strict=True)
+            ]
             judged["robustness"] = np.array(tested)
             if chosen.size and tuning.surface is not None:
                 (first, across), (second, up) = tuning.surface_values().items()
@@ -71,14 +81,15 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
                 rows_of_surface = []
                 for value in across:
                     points[:, tuning.names.index(first)] = value
-                    objectives = log.evaluate(at_rest(points), "surface", search.seed)
+                    trials = at_rest(points)
+                    objectives = log.evaluate(trials, "surface", search.seed, placed[0])
                     rows_of_surface.append(objectives)
                 judged["surface"] = np.array(rows_of_surface)
             columns, finer = log.columns(), over_finer_bands(tuning)
             if finer is not None:
-                judged["optimum_finer"] = log.judged(finer, best)
+                judged["optimum_finer"] = log.judged(finer, best, placed)
             if tuning.draws:
-                judged["optimum_fresh"] = log.judged(tuning, best, fresh=True)
+                judged["optimum_fresh"] = log.judged(tuning, best, placed, fresh=True)
         derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
         free = (*tuning.names, *derived)  # the archive has no single value of a free parameter
         dims = scales(tuning, len(columns["objective"]), chosen.size)
@@ -88,12 +99,12 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     store.carry_out(how, work)
 
 
-def _search(tuning: Tuning, log: Log, seed: int) -> float:
+def _search(tuning: Tuning, log: Log, seed: int, layout: int) -> float:
     """Search globally, then around the best designs; return the best objective."""
 
     def evaluate(stage: str) -> Evaluate:
         def objective(units: np.ndarray) -> np.ndarray:
-            return log.evaluate(at_rest(values_of(tuning.free, units)), stage, seed)
+            return log.evaluate(at_rest(values_of(tuning.free, units)), stage, seed, layout)
 
         return objective
 
@@ -102,17 +113,28 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
     if first is not None:
         first = np.clip(units_of(tuning.free, first[np.newaxis, :])[0], 0.0, 1.0)
     search_globally(evaluate("global"), len(tuning.free), search, seed, first)
-    points, values, _ = log.designs(seed)
+    points, values, _ = log.designs(seed, layout)
     for i in _distinct(tuning, points, values, PROMISING):
         start = units_of(tuning.free, points[i : i + 1])[0]
         polish(evaluate("polish"), np.clip(start, 0.0, 1.0), search.polish)
-    return float(log.designs(seed)[1].min(initial=np.inf))
+    return float(log.designs(seed, layout)[1].min(initial=np.inf))
 
 
-def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
-    """Return the indices of good designs that differ in parameters that enter the dynamics."""
+def _distinct(
+    tuning: Tuning,
+    points: np.ndarray,
+    values: np.ndarray,
+    within: float,
+    placed: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the indices of good designs that differ in parameters that enter the dynamics.
+
+    Those of different layouts, `placed`, lie apart.
+    """
     active = [i for i, item in enumerate(tuning.free) if not item.inert]
     units = units_of(tuning.free, points)[:, active]
+    if placed is not None:
+        units = np.column_stack([units, placed])
     return distinct(units, values, within, tuning.search.apart, tuning.search.optima)
 
 
@@ -236,12 +258,16 @@ class Objective:
         self._noise = np.arange(draws + 1)
         self._noise[1:] += tuning.draws * fresh
         self._places = places_of(tuning.uncertain, draws, seed)
-        self._batch = None
-        if tuning.history is None:
-            scene, objective = tuning.system.scene, tuning.search.objective
-            self._batch = Batch(scene, tell, float(tuning.tolerance), objective)
+        self._batch: Batch | HostBatch | None = None
+        system, objective, size = tuning.system, tuning.search.objective, 4
+        if isinstance(system, HostSystem):
+            size = len(system.scene.components)
+        if tuning.history is None and isinstance(system, HostSystem):
+            self._batch = HostBatch(system, float(tuning.tolerance), objective, tell)
+        elif tuning.history is None:
+            self._batch = Batch(system.scene, tell, float(tuning.tolerance), objective)
         generator = np.random.default_rng(tuning.search.seed)
-        self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
+        self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, size))
 
     def results(self, trials: np.ndarray) -> np.ndarray:
         """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`."""
@@ -253,10 +279,10 @@ class Objective:
         results = np.empty((len(trials), len(results_of(tuning))))
         # all orbits of a trial from its start, those with equal numbers of periods at once
         start, stretches = trials[:, -2].astype(int), trials[:, -1]
-        starts = np.zeros((*cells.shape, 4))
+        starts = np.zeros((*cells.shape, self._starts_drawn.shape[1]))
         moved = np.flatnonzero(start)
         if moved.size:
-            drawn = random_states(cells[moved], self._starts_drawn, tuning.system.scene)
+            drawn = self._batch.random_states(cells[moved], self._starts_drawn)
             starts[moved] = drawn[np.arange(moved.size), :, :, start[moved] - 1]
         for stretch in np.unique(stretches):
             rows = stretches == stretch
@@ -332,8 +358,9 @@ def outcome_under(
     A design whose objective is NaN, as a last time that has not come, is inadmissible.
     """
     assert tuning.history is not None
+    (system,) = tuning.history.systems
     orbits = {name: values.ravel() for name, values in grid.items()}
-    flat = numbers_of(tuning.history, tuning.system, orbits, tell)
+    flat = numbers_of(tuning.history, system, orbits, tell)
     numbers = {name: values.reshape(grid["draw"].shape) for name, values in flat.items()}
     value = numbers[tuning.search.objective]
     impacts = numbers["impact_count"] if tuning.system.scene.walls else None
@@ -350,15 +377,15 @@ class Log:
     def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
         self.tuning = tuning
         self.replayed = 0  # evaluations that an earlier run has saved
-        self._objective = Objective(tuning, progress.wait)
+        self._objectives = [Objective(one, progress.wait) for one in tuning.with_layouts()]
         self._store, self._progress, self._calls = store, progress, 0
         self._blocks: list[np.ndarray] = []
         self._best = np.inf
 
-    def evaluate(self, trials: np.ndarray, stage: str, seed: int) -> np.ndarray:
+    def evaluate(self, trials: np.ndarray, stage: str, seed: int, layout: int = 0) -> np.ndarray:
         """Return the objective (n,) of each trial, infinite for an inadmissible design."""
-        results = self._results(self._objective, trials)
-        marks = np.tile([STAGES[stage], seed], (len(results), 1))
+        results = self._results(self._objectives[layout], trials)
+        marks = np.tile([STAGES[stage], seed, layout], (len(results), 1))
         self._blocks.append(np.column_stack([trials, results, marks]))
         objectives, unit = results[:, 0], self.tuning.unit
         if stage in ("global", "polish"):
@@ -366,10 +393,19 @@ class Log:
         self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} {unit}")
         return objectives
 
-    def judged(self, tuning: Tuning, points: np.ndarray, *, fresh: bool = False) -> np.ndarray:
+    def judged(
+        self, tuning: Tuning, points: np.ndarray, placed: np.ndarray, *, fresh: bool = False
+    ) -> np.ndarray:
         """Return objectives (n,) by another tuning, or by `fresh` draws, which are not logged."""
-        objective = Objective(tuning, self._progress.wait, fresh=fresh)
-        return np.array([self._results(objective, at_rest(one))[0, 0] for one in points[:, None]])
+        objectives = [
+            Objective(one, self._progress.wait, fresh=fresh) for one in tuning.with_layouts()
+        ]
+        return np.array(
+            [
+                self._results(objectives[layout], at_rest(one))[0, 0]
+                for one, layout in zip(points[:, None], placed, strict=True)
+            ]
+        )
 
     def _results(self, objective: Objective, trials: np.ndarray) -> np.ndarray:
         check()
@@ -386,16 +422,18 @@ class Log:
         return block["found"]
 
     def columns(self) -> dict[str, np.ndarray]:
-        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
+        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed", "layout")
         table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
         return dict(zip(names, table.T, strict=True))
 
-    def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return points [SI], objectives and rows in the log of the designs of one or all seeds."""
+    def designs(
+        self, seed: int | None = None, layout: int = 0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return points [SI], objectives and rows in the log of the designs of a search, or all."""
         columns = self.columns()
         wanted = columns["stage"] <= STAGES["polish"]
         if seed is not None:
-            wanted &= columns["seed"] == seed
+            wanted &= (columns["seed"] == seed) & (columns["layout"] == layout)
         rows = np.flatnonzero(wanted)
         points = np.column_stack([columns[name][rows] for name in self.tuning.names])
         return points, columns["objective"][rows], rows

@@ -1,0 +1,106 @@
+"""Tuning of dampers on hosts: against kinds, against single orbits, places, refusals."""
+
+import numpy as np
+import pytest
+from support import as_host
+
+import nlds_vines as nv
+from nlds_vines.tuning.request import load_tuning
+from nlds_vines.tuning.result import STAGES
+from nlds_vines.tuning.run import Objective, at_rest
+
+FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.01)
+WALLS = [nv.Wall(0.01, side, K=1e8) for side in "+-"]
+CELLS = [nv.Damper("a", "roof", m=300.0, walls=WALLS), nv.Damper("b", "floor1", m=200.0, k=1e4)]
+SYSTEM = nv.System.from_host(FRAME, CELLS, force={"roof": 1500.0}, omega=12.59)
+FREE = {"a": {"k": {"low": 1e3, "high": 9e4}, "gap": {"low": 0.005, "high": 0.05}}}
+SMALL = {"population": 5, "generations": 1, "polish": 4, "optima": 2, "within": 0.9, "apart": 0.01}
+SHORT = {"transient": 30, "periods": 10}
+
+
+def test_a_file_of_a_tuning_names_dampers_rows_and_places():
+    changes = {
+        "free": FREE, "places": {"a": ["floor1", "roof"], "b": ["floor2"]},
+        "over": {"f": {"values": [1.9, 2.0]}}, "search": {"objective": "roof-floor2.x_max"},
+    }  # fmt: skip
+    tuning = load_tuning(SYSTEM, changes)
+    assert tuning.names == ("a.k", "a.gap")
+    assert [item.logarithmic for item in tuning.free] == [True, False]
+    assert tuning.layouts_in_words == ["a on floor1, b on floor2", "a on roof, b on floor2"]
+    assert (tuning.unit, tuning.frequency) == ("m", "omega")
+    again = load_tuning(tuning.document())
+    assert again.document() == tuning.document()
+    assert tuning.hash == again.hash != load_tuning(SYSTEM, {"free": FREE}).hash
+    assert tuning.most_evaluations > 1.9 * load_tuning(SYSTEM, {"free": FREE}).most_evaluations
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"free": {}}, "nothing is free; of kind 'host' can be: a.m, a.k"),
+        ({"free": {"a.kk": {"low": 0.0, "high": 1.0}}}, "unknown free parameter 'a.kk'"),
+        ({"free": {"force.roof": {"low": 0.0, "high": 1.0}}}, "unknown free parameter 'force"),
+        ({"free": {"a.k": {}}}, "a.k has no default bounds: give both"),
+        ({"free": {**FREE, "a.gap+": {"low": 0.0, "high": 1.0}}}, "a.gap beside a.gap+"),
+        ({"free": FREE, "search": {"objective": "E3max"}}, "unknown objective 'E3max'"),
+        ({"free": FREE, "search": {"objective": "roof.x"}}, "unknown objective 'roof.x'"),
+        ({"free": FREE, "search": {"objective": "top.x_max"}}, "unknown displacement 'top'"),
+        ({"free": FREE, "places": {"c": ["roof"]}}, "unknown parameter 'c.attached_to'"),
+        ({"free": FREE, "places": {"a": ["top"]}}, "damper 'a': unknown attached_to 'top'"),
+        ({"free": FREE, "places": {"a": "roof"}}, "places of a: 'roof' must be a list of places"),
+        ({"free": FREE, "load": {"impulse": 1.0}}, "kind 'host' is not possible here"),
+    ],
+)  # fmt: skip
+def test_a_wrong_tuning_of_a_host_is_one_line(changes, message, error_of):
+    text = error_of(load_tuning, SYSTEM, changes)
+    assert message in text
+    assert "\n" not in text
+
+
+def test_places_of_a_kind_and_a_host_without_a_force_are_refused(error_of):
+    assert "attached_to" in error_of(load_tuning, "tmd", {"places": {"a": ["roof"]}})
+    system = {**SYSTEM.to_table(), "force": {"base": {"acceleration": 0.0}, "omega": 1.0}}
+    assert "without a force" in error_of(load_tuning, {"system": system, "free": FREE})
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("objective", ["E1max", "E2max", "x1_max"])
+def test_designs_of_a_host_of_one_degree_of_freedom_are_those_of_its_kind(objective):
+    kind = nv.load_system("ssul-set6", omega=5.5)
+    both, C = [], {"C": kind.parameters["C"]}
+    for system, fixed, names, worth in (
+        (kind, C, ("k2", "c2"), objective),
+        (as_host(kind), {}, ("u.k", "u.c"), objective.replace("x1", "x.x")),
+    ):
+        free = {name: {"low": 1.0, "high": 1e4} for name in names}
+        changes = {
+            "free": free, "over": {"omega": {"values": [5.5, 7.9]}}, "sampling": SHORT,
+            "search": {"objective": worth}, "set": fixed,
+        }  # fmt: skip
+        tuning = load_tuning(system, changes)
+        trials = at_rest(np.array([[640.0, 81.0], [1500.0, 60.0]]))
+        trials[1, 2] = 1.01  # detuned
+        both.append(Objective(tuning).results(trials))
+    assert both[1] == pytest.approx(both[0], rel=1e-8)
+
+
+@pytest.mark.kernels
+def test_the_best_of_all_places_is_the_orbit_of_its_system(tmp_path):
+    tuned = nv.tune(
+        SYSTEM, tmp_path / "a.h5", free=FREE, sampling=SHORT, quiet=True,
+        places={"a": ["floor1", "roof"]}, search={**SMALL, "objective": "roof.x_max"},
+    )  # fmt: skip
+    with nv.read(tmp_path / "a.h5") as view:
+        searched = view["stage"] <= STAGES["polish"]
+        layouts, objectives = view["layout"][searched], view["objective"][searched]
+    assert np.bincount(layouts).min() >= 14
+    assert objectives[layouts == 1].min() == tuned.objective == objectives.min()
+    assert tuned.best.places == {"a.attached_to": "roof"}
+    assert "a on roof" in "\n".join(tuned.lines())
+    system = SYSTEM.with_(**tuned.parameters, **tuned.best.places)
+    how = {"transient": 30, "tolerance": tuned.tuning.tolerance, "quiet": True}
+    orbit = nv.simulate(system, 10, record=["impacts", "energy", "response"], of=["roof"], **how)
+    assert tuned.objective == orbit.response["roof"]["x_max"]
+    assert tuned.best.impacts == len(orbit.impacts) / 10 > 0
+    again = nv.open_archive(tmp_path / "a.h5")
+    assert again.best.places == tuned.best.places

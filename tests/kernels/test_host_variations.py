@@ -8,6 +8,7 @@ from host_flows import HostMap
 from test_hosts import as_host, random_system
 
 import nlds_vines as nv
+from nlds_vines.orbits.host_orbits import LAWS_IN_KERNELS
 
 pytestmark = pytest.mark.kernels
 
@@ -68,24 +69,33 @@ def test_a_derivative_is_the_limit_of_differences(law):
     assert abs(lost) < 1e-9 if law in CONSERVE else lost < -1.0
 
 
-@pytest.mark.parametrize(
-    ("one", "two"),
-    [
-        ("restitution", "hertz"),
-        ("held", "kelvin-voigt"),
-        ("restitution", "linear"),
-        ("held", "held"),
-    ],
-)
-def test_walls_of_several_laws_are_closed_at_once(one, two):
-    soft = {name: value / 10 for name, value in LAWS[two].items() if name in ("K", "kc")}
-    flow = HostMap(frame_with(LAWS[one], {**LAWS[two], **soft}, 1.3, 3000.0))
-    y = flow(np.zeros(flow.size), 4, False).sections[-1]
-    orbit, error = error_of(flow, y, 2)
-    assert error < 1e-7
-    assert sum(orbit.counts) > 1
-    # closed at once: contacts last for a part of a period, and rigid walls hold
-    assert np.abs(np.linalg.eigvals(orbit.matrix)).min() < 1e-3 * np.abs(orbit.matrix).max()
+@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.long)])
+def test_derivatives_of_random_hosts_are_limits_of_differences(seeds):
+    """Of hosts with up to four dampers and eight walls, each with a law of its own."""
+    for seed in seeds:
+        flow = HostMap(random_system(seed))
+        begun = flow(np.zeros(flow.size), 4, False)
+        walls, n = flow.orbits.walls, flow.size // 2
+        y, is_closed = begun.sections[-1], begun.state[flow.size + walls.number :] != 0
+        orbit, alone = flow(y, 2), flow(y, 2, False)
+        assert np.array_equal(alone.sections, orbit.sections), seed
+        assert np.array_equal(alone.state, orbit.state), seed
+        scales = flow.scales(orbit.sections)
+        direction = np.random.default_rng(seed).normal(size=flow.size) * scales
+        held = walls.links[is_closed & (walls.law == LAWS_IN_KERNELS.index("restitution"))]
+        rows, answers = (
+            array.reshape(-1, n)[held]
+            for array in (flow.orbits.body.rows, flow.orbits.body.answers)
+        )
+        for part in (direction[:n], direction[n:]):  # along the walls that hold
+            part -= answers.T @ np.linalg.solve(rows @ answers.T, rows @ part)
+        along = orbit.matrix @ direction / scales
+        errors = [
+            np.abs(along - flow.difference(y, 2, direction, share) / scales).max()
+            for share in (1e-5, 1e-7, 1e-9)  # chaotic orbits take short ones
+        ]
+        growth = np.abs(orbit.matrix * scales / scales[:, None]).max()
+        assert min(errors) < 1e-6 * np.abs(along).max() or growth > 1e8, seed
 
 
 def test_an_orbit_on_a_wall_that_holds_varies_along_it():
@@ -153,3 +163,35 @@ def test_volumes_shrink_by_the_trace_where_contacts_conserve_energy():
         assert volume == pytest.approx(orbit.trace * 3 * flow.orbits.body.period, abs=1e-7), seed
         touched += sum(orbit.counts)
     assert touched > 10
+
+
+def test_the_smallest_near_miss_and_the_slowest_impact_are_those_of_a_sampled_orbit():
+    for seed in range(12):
+        system = random_system(seed)
+        if any(wall.law == "restitution" for damper in system.dampers for wall in damper.walls):
+            continue  # samples do not show the tops of its rebounds
+        flow = HostMap(system)
+        y = flow(np.zeros(flow.size), 4, False).sections[-1]
+        start = flow.orbits.states(y)
+        mapped = flow(y, 2)
+        orbit = nv.simulate(
+            system, 2, start=start, record=["trajectory", "impacts"], samples=1024, tolerance=1e-13,
+            quiet=True,
+        )  # fmt: skip
+        assert len(orbit.impacts) == sum(mapped.counts)
+        if len(orbit.impacts):
+            assert mapped.slowest == pytest.approx(orbit.impacts["speed"].min(), rel=1e-6)
+        inner = np.array([flow.orbits.start(state) for state in orbit.trajectory])
+        rows = flow.orbits.body.rows.reshape(-1, flow.size // 2)
+        misses = []
+        for link, sign, gap, name in zip(*flow.orbits.walls[1:4], flow.orbits.names, strict=True):
+            own = (orbit.impacts["damper"] == name[0]) & (orbit.impacts["wall"] == name[1])
+            struck = np.searchsorted(orbit.time, orbit.impacts["touch"][own])
+            r = sign * inner[:, : flow.size // 2] @ rows[link]
+            a, b, c = r[:-2], r[1:-1], r[2:]
+            is_top = (b > a) & (b >= c) & (b < gap)
+            for k in (1, 2):  # an impact is no miss
+                is_top[np.clip(struck - k, 0, len(is_top) - 1)] = False
+            top = b + 0.125 * (a - c) ** 2 / np.where(is_top, 2 * b - a - c, 1.0)  # of a parabola
+            misses += list(gap - top[is_top])
+        assert mapped.clearance == pytest.approx(min(misses, default=np.inf), rel=1e-4), seed

@@ -48,7 +48,7 @@ from ..scene.law import (
 )
 from ..watch.touch import AT_R, first_touch, tightened
 from .body import accelerate, along, differentiate, move, push_link
-from .host_flight import LOST_TOUCH, drive_of
+from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_in
 from .host_variations import (
     remember,
     vary_after_impact,
@@ -233,10 +233,10 @@ def first_zero(k, column, sign, x, table):
 
 
 @jit
-def first_rise(body, walls, S, wall, x, table):
-    """Return, as `first_zero`, the first theta in [0, x] at which a wall is touched."""
-    size, sign, gap = body.size, walls.signs[wall], walls.gaps[wall]
-    width, row, power, most = width_of(body), walls.links[wall] * size, 1.0, 0.0
+def expand_r_by_theta(body, walls, S, wall, x, table):
+    """Fill the table with r on [0, x] of a step; return a bound of its change."""
+    size, width, power, most = body.size, width_of(body), 1.0, 0.0
+    row = walls.links[wall] * size
     for n in range(HIGHEST + 1):
         r = 0.0
         for i in range(size):
@@ -245,10 +245,36 @@ def first_rise(body, walls, S, wall, x, table):
         if n > 0:
             most += abs(power * r)
         power *= x
-    if sign * table[AT_R] + most < gap:
+    return most
+
+
+@jit
+def first_rise(body, walls, S, wall, x, table):
+    """Return, as `first_zero`, the first theta in [0, x] at which a wall is touched."""
+    most = expand_r_by_theta(body, walls, S, wall, x, table)
+    if walls.signs[wall] * table[AT_R] + most < walls.gaps[wall]:
         return 2.0 * x
-    bend, jerk = tightened(table, math.inf, math.inf)
-    return x * first_touch(table, 0.0, 1.0, sign, gap, bend, jerk)
+    return x * touch_in(walls, wall, 1.0, table)
+
+
+@jit
+def is_in_contact(contacts, wall):
+    is_active = False
+    for c in range(contacts.active[0]):
+        is_active = is_active or contacts.active[1 + c] == wall
+    return is_active
+
+
+@jit
+def note_misses_in_step(body, walls, contacts, clearance, x, table):
+    """Lower `clearance` to the near misses of other walls in a step: where s falls through zero."""
+    S = contacts.series
+    for wall in range(walls.number):
+        sign, link = walls.signs[wall], walls.links[wall]
+        before, after = along(body, link, S, 0)[1], along(body, link, contacts.end, 0)[1]
+        if sign * before > 0.0 >= sign * after and not is_in_contact(contacts, wall):
+            expand_r_by_theta(body, walls, S, wall, x, table)
+            note_miss(walls, wall, clearance, 1.0, table, True)
 
 
 @jit
@@ -330,39 +356,30 @@ def length_of(walls, contacts, longest):
 
 @jit
 def end_state(body, contacts, x, y):
-    """Write the state at theta = x units into y."""
-    S, size, width = contacts.series, body.size, width_of(body)
+    """Write the state at theta = x units into y, and into `contacts.q`."""
+    S, size, width, active = contacts.series, body.size, width_of(body), contacts.active
     for i in range(2 * size):
         y[i] = S[width * HIGHEST + i]
     for n in range(HIGHEST - 1, -1, -1):
         for i in range(2 * size):
             y[i] = y[i] * x + S[width * n + i]
+    for c in range(active[0]):
+        q = at_theta(scratch_of(contacts, active[1 + c]), SERIES + AT_Q, COLUMNS, x)
+        contacts.q[active[1 + c]] = max(q, 0.0)
 
 
 @jit
 def defect_of(body, walls, contacts, drive, x, y, work):
     """Return the error of a step to theta = x units, relative to the scales of impacts.
 
-    It is x / (N + 1) of the defect of the equations at the end y; drive: that there; work: (size,)
-    accelerations.
+    It is x / (N + 1) of the defect of the equations at the end y, with the q of `contacts`; drive:
+    that there; work: (size,) accelerations.
     """
     active, scales, count = contacts.active, contacts.scales, contacts.active[0]
     unit, total, missing = contacts.unit[0], 1.0, 0.0
-    accelerate(body, y, 0, drive[0], work, 0)
+    push_all(body, walls, contacts, drive, y, work)
     for c in range(count):
-        wall = active[1 + c]
-        if walls.law[wall] == IS_RIGID:
-            scales[SCALES * wall + OWN_WEIGHT] = 1.0
-            continue
-        sign, k = walls.signs[wall], scratch_of(contacts, wall)
-        _, s = along(body, walls.links[wall], y, 0)
-        q = max(at_theta(k, SERIES + AT_Q, COLUMNS, x), 0.0)
-        seen = look(walls, wall, q, sign * s, 0.0, body.omega)
-        push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
-        scales[SCALES * wall + OWN_WEIGHT] = seen.weight
-        scales[SCALES * wall + OWN_RATE] = seen.rate
-        total *= seen.weight
-    hold(body, walls, contacts, 0, work)
+        total *= scales[SCALES * active[1 + c] + OWN_WEIGHT]
     for c in range(count):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
@@ -446,9 +463,7 @@ def strike(host, varied, wall, time, drive, y):
         r, s = along(body, walls.links[other], y, 0)
         r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
         is_there = abs(r - gap) <= 4.0e-15 * (abs(gap) + abs(r)) and s > 0.0
-        for c in range(active[0]):
-            is_there = is_there and active[1 + c] != other
-        if is_there and walls.law[other] == IS_RIGID:
+        if is_there and walls.law[other] == IS_RIGID and not is_in_contact(contacts, other):
             begin(host, varied, other, time, y)
     # at rest on all of them
     for i in range(size):
@@ -600,10 +615,7 @@ def first_event(body, walls, contacts, h, table):
             if x < h:
                 h, event, place = x, SWITCHES, 1 + c
     for wall in range(walls.number):
-        is_active = False
-        for c in range(active[0]):
-            is_active = is_active or active[1 + c] == wall
-        if not is_active:
+        if not is_in_contact(contacts, wall):
             x = first_rise(body, walls, S, wall, h, table)
             if x < 0.0:
                 return x, event, place
@@ -668,14 +680,12 @@ def follow(host, varied, watch, begun, y):
             note_series(body, watch, S, (width, first + OF_DRIVE, first + OF_TOTAL, unit), h)
         if varied is not None:
             vary_step(body, walls, contacts, varied, (first + OF_TOTAL, width), h)
+            note_misses_in_step(body, walls, contacts, varied.clearance, h, table)
         for i in range(2 * size):
             y[i] = contacts.end[i]
         for c in range(active[0]):
-            wall = active[1 + c]
-            q = at_theta(scratch_of(contacts, wall), SERIES + AT_Q, COLUMNS, h)
-            contacts.q[wall] = max(q, 0.0)
-            if walls.law[wall] == IS_RIGID:
-                put_on(body, walls, wall, y)
+            if walls.law[active[1 + c]] == IS_RIGID:
+                put_on(body, walls, active[1 + c], y)
         elapsed += took
         time = touched_at + elapsed
         if event == TOUCHED:

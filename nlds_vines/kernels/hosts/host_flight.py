@@ -14,14 +14,15 @@ from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.roots import highest, only_rises
-from ..watch.touch import AT_R, LOST, first_touch, tightened
+from ..watch.touch import AT_R, LOST, first_touch, nearest_miss, tightened
 from .body import along, move
 
 
 class Scratch(NamedTuple):
     """Scratch of an orbit; each array is one row, in inner kernels a bare row."""
 
-    end: Any  # (2 size,) the state at the end of a cell
+    begin: Any  # (2 size,) the state at the beginning of a flight
+    end: Any  # (2 size,) and at the end of a cell
     work: Any  # (3 size + drives,) of `body.move`
     drive: Any  # (drives,) at an instant
     gaps: Any  # 4 links: r and s at the beginning of a cell, and at its end
@@ -68,13 +69,13 @@ def bound_of(body, grid, link, y, gaps):
 
 
 @jit
-def is_clear(walls, wall, h, gaps, links, fourth):
-    """Return True if a wall is proven not to be touched in a cell.
+def is_clear(walls, wall, gap, h, gaps, links, fourth):
+    """Return True if r is proven not to rise to `gap` in a cell, on the side of a wall.
 
     gaps: r and s of links at the beginning, and behind them those at the end; fourth: the bound of
-    r'''' times h^4. A start at the wall that moves away is clear.
+    r'''' times h^4. A start there that moves away is clear.
     """
-    at, sign, gap = 2 * walls.links[wall], walls.signs[wall], walls.gaps[wall]
+    at, sign = 2 * walls.links[wall], walls.signs[wall]
     end = at + 2 * links
     f0, f1 = sign * gaps[at], sign * gaps[end]
     g0, g1 = sign * gaps[at + 1] * h, sign * gaps[end + 1] * h
@@ -85,9 +86,9 @@ def is_clear(walls, wall, h, gaps, links, fourth):
 
 
 @jit
-def touch_in_smallest(body, grid, walls, wall, y, drive, end, table):
-    """Return the place in [0, end] of a smallest cell from y where a wall is touched; NOWHERE."""
-    N, D, link = 2 * body.size, grid.drives, walls.links[wall]
+def expand_r(body, grid, link, y, drive, table):
+    """Fill the table with the Taylor polynomial of r over a smallest cell that begins with y."""
+    N, D = 2 * body.size, grid.drives
     row, w = link * (ORDER + 1) * (N + D), grid.polynomials
     for k in range(ORDER + 1):
         r = w[row + N] * drive[0] + w[row + N + 1] * drive[1]
@@ -97,8 +98,23 @@ def touch_in_smallest(body, grid, walls, wall, y, drive, end, table):
             r += w[row + j] * y[j]
         table[AT_R + 4 * k] = r
         row += N + D
+
+
+@jit
+def touch_in(walls, wall, end, table):
+    """Return the place in [0, end] of the expanded cell where a wall is touched; NOWHERE, LOST."""
     bend, jerk = tightened(table, math.inf, math.inf)
     return first_touch(table, 0.0, end, walls.signs[wall], walls.gaps[wall], bend, jerk)
+
+
+@jit
+def note_miss(walls, wall, clearance, end, table, touches):
+    """Lower the smallest near miss to that of a wall in [0, end] of the expanded cell."""
+    (bend, jerk), gap = tightened(table, math.inf, math.inf), walls.gaps[wall]
+    best = gap - clearance[0]
+    top = nearest_miss(table, 0.0, walls.signs[wall], end, best, bend, jerk, touches)
+    if top > best:
+        clearance[0] = gap - top
 
 
 @jit
@@ -123,10 +139,11 @@ FLOWN, LOST_TOUCH = -1, -2  # `fly` without a touch: at its stop, or astray
 
 
 @jit
-def fly(body, grid, walls, scratch, begun, stop, y):
+def fly(body, grid, walls, scratch, clearance, begun, stop, y):
     """Fly from place x of smallest cell j to the next touch or to the beginning of cell `stop`.
 
-    begun: (j, x); y: the state, advanced in place. Returns (wall, j, x), FLOWN at `stop`.
+    begun: (j, x); y: the state, advanced in place. Returns (wall, j, x), FLOWN at `stop`. With a
+    `clearance` it is a flight without touches, of which near misses are noted (`note_misses`).
     """
     j, x = begun
     links, gaps, end, drive = body.links, scratch.gaps, scratch.end, scratch.drive
@@ -149,7 +166,10 @@ def fly(body, grid, walls, scratch, begun, stop, y):
                     if walls.links[wall] != link:
                         link = walls.links[wall]
                         fourth = bound_of(body, grid, link, y, gaps) * (h2 * h2)
-                    proven = proven and is_clear(walls, wall, h, gaps, links, fourth)
+                    gap = walls.gaps[wall]
+                    if clearance is not None:
+                        gap -= clearance[0]
+                    proven = proven and is_clear(walls, wall, gap, h, gaps, links, fourth)
                 if proven or level == grid.levels:
                     break
                 level += 1
@@ -163,7 +183,11 @@ def fly(body, grid, walls, scratch, begun, stop, y):
         # a smallest cell, from place x on
         first, touched = 1.0 - x, FLOWN
         for wall in range(walls.number):
-            place = touch_in_smallest(body, grid, walls, wall, y, drive, first, scratch.polynomial)
+            expand_r(body, grid, walls.links[wall], y, drive, scratch.polynomial)
+            if clearance is not None:
+                note_miss(walls, wall, clearance, first, scratch.polynomial, False)
+                continue
+            place = touch_in(walls, wall, first, scratch.polynomial)
             if place == LOST:
                 return LOST_TOUCH, j, x
             if place < first or (place == first and touched == FLOWN):
@@ -183,3 +207,20 @@ def fly(body, grid, walls, scratch, begun, stop, y):
             j, x = j + 1, 0.0
         return touched, j, x
     return FLOWN, j, 0.0
+
+
+@jit
+def note_misses(body, grid, walls, scratch, clearance, begun, ended):
+    """Lower `clearance` to the near misses of a flight between two (cell, place).
+
+    It begins at the state `scratch.begin`; if it ends within a cell it ends with a touch.
+    """
+    (j, x), (last, end), y = begun, ended, scratch.begin
+    if j < last:
+        fly(body, grid, walls, scratch, clearance, begun, last, y)
+        x = 0.0
+    if end > x:
+        drive_of(grid, last, x, scratch.drive)
+        for wall in range(walls.number):
+            expand_r(body, grid, walls.links[wall], y, scratch.drive, scratch.polynomial)
+            note_miss(walls, wall, clearance, end - x, scratch.polynomial, True)

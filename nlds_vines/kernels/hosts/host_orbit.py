@@ -21,7 +21,7 @@ from ..scene.scene import Span
 from .body import along
 from .grid import host_grid
 from .host_contact import Impacts, PreparedHost, begin, follow, put_on, strike
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly
+from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly, note_misses
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import host_watch, note_flight
 from .walls import IS_RIGID, hold, outward_at, push_all, start_of
@@ -67,8 +67,8 @@ def host_flow(body, walls, contacts, impacts, stops):
     grid, is_fine = host_grid(body, stops)
     size, links = body.size, body.links
     scratch = Scratch(
-        np.zeros(2 * size), np.zeros(3 * size + body.drives), np.zeros(body.drives),
-        np.zeros(4 * links), np.zeros(COEF + TERMS),
+        np.zeros(2 * size), np.zeros(2 * size), np.zeros(3 * size + body.drives),
+        np.zeros(body.drives), np.zeros(4 * links), np.zeros(COEF + TERMS),
     )  # fmt: skip
     host = PreparedHost(body, grid, walls, contacts, impacts, scratch)
     scales, trace = np.zeros(size), 0.0
@@ -214,7 +214,7 @@ def advance_host(flow, rows, periods, tangent, state):
     Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
     values of all calls. Returns a status.
     """
-    host, whole = bare(flow.host), varied_of(flow.host.body, tangent)
+    host, whole = bare(flow.host), varied_of(flow.host.body, tangent, flow.clearance)
     varied, counts, status = bare(whole), flow.host.impacts.counts, OK
     read_contacts(host.walls, host.contacts, bare(state), flow.space.size)
     vary_on_hold(host.body, host.walls, host.contacts, varied)
@@ -268,14 +268,14 @@ def run_part(host, varied, watch, ends, origin, y):
     while j < stop:
         if contacts.active[0] == 0:
             begun = j, x
-            if watch is not None:
-                for i in range(2 * body.size):
-                    watch.begin[i] = y[i]
-            wall, j, x = fly(body, grid, walls, scratch, begun, stop, y)
+            for i in range(2 * body.size):
+                scratch.begin[i] = y[i]
+            wall, j, x = fly(body, grid, walls, scratch, None, begun, stop, y)
             if wall == LOST_TOUCH or touches > MOST_TOUCHES:
                 return STEP_BUDGET
             if varied is not None:
                 vary_flight(body, grid, scratch, varied, begun, (j, x))
+                note_misses(body, grid, walls, scratch, varied.clearance, begun, (j, x))
             if watch is not None:
                 note_flight(body, grid, watch, scratch, begun, (j, x))
             if wall == FLOWN:

@@ -38,13 +38,14 @@ class Varied(NamedTuple):
     free: Any  # (drives,) zeros: a variation has no force
     before: Any  # (2 size,) V and V' of the orbit before an impact
     late: Any  # (N,) t0 of the variations [s]
+    clearance: Any  # (1,) smallest near miss so far [m]
 
 
 @jit
-def varied_of(body, tangent):
+def varied_of(body, tangent, clearance):
     N = 2 * body.size
-    series = np.zeros(3 * body.size * (HIGHEST + 1))
-    return Varied(tangent, series, np.zeros(body.drives), np.zeros(N), np.zeros(N))
+    series, free = np.zeros(3 * body.size * (HIGHEST + 1)), np.zeros(body.drives)
+    return Varied(tangent, series, free, np.zeros(N), np.zeros(N), clearance)
 
 
 # ---- flight --------------------------------------------------------------------------------------

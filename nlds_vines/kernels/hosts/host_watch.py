@@ -58,7 +58,6 @@ class HostWatch(NamedTuple):
     growth: Any  # pairs * pairs: exp(G h) of a coarse cell; the numbers of the force are pairs, too
     grams: Any  # (levels + 1) * rows * (N + D)^2: of the integral of x^2 over a cell, lower halves
     is_on: Any  # (1,) 1 while records are kept
-    begin: Any  # (N,) the state at the beginning of a flight, and of its cells
     jet: Any  # (DERIVATIVES + 1) * size: X and its derivatives at an instant
     force: Any  # (drives,) a derivative of the force there
     values: Any  # 4 (energies + 2 rows): quantities and rates at the beginning and end of a cell
@@ -99,7 +98,7 @@ def host_watch(body, grid, records):
             gram += times(times(np.ascontiguousarray(step.T), gram), step)
             step = times(step, step)
     return HostWatch(
-        records, energies, rows, growth.ravel(), grams, np.zeros(1), np.zeros(2 * size),
+        records, energies, rows, growth.ravel(), grams, np.zeros(1),
         np.zeros((DERIVATIVES + 1) * size), np.zeros(D), np.zeros(4 * (energies + 2 * rows)),
         np.zeros(pairs), np.zeros(DERIVATIVES * pairs), np.zeros((HIGHEST + 1) * (3 * size + D)),
         np.zeros(DEGREE + HIGHEST + 2),
@@ -345,10 +344,10 @@ def fill_flight(body, drive, h, y, S):
 
 @jit
 def note_flight(body, grid, watch, scratch, begun, ended):
-    """Note a flight without touches between two places (j, x), from the state `watch.begin` on."""
+    """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
     if watch.is_on[0] == 0.0:
         return
-    (j, x), (last, rest), y, end, drive = begun, ended, watch.begin, scratch.end, scratch.drive
+    (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
     size, behind, coarse = body.size, 2 * (watch.energies + 2 * watch.rows), 1 << grid.levels
     is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there
     usual = 0  # the level of the last quiet cell

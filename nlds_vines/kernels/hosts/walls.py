@@ -284,15 +284,15 @@ def hold(body, walls, contacts, at, out):
 def push_all(body, walls, contacts, drive, y, work):
     """Write the accelerations to work[: size], with the forces of all walls in contact.
 
-    drive: of the instant; the q are those of `contacts`.
+    drive: of the instant; the q are those of `contacts`, whose scales take the walls' own rates.
     """
-    active = contacts.active
+    active, scales = contacts.active, contacts.scales
     accelerate(body, y, 0, drive[0], work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
-        if walls.law[wall] != IS_RIGID:
-            _, s = along(body, walls.links[wall], y, 0)
-            sign = walls.signs[wall]
-            seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
-            push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
+        _, s = along(body, walls.links[wall], y, 0)
+        sign, at = walls.signs[wall], SCALES * wall
+        seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
+        push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
+        scales[at + OWN_WEIGHT], scales[at + OWN_RATE] = seen.weight, seen.rate
     hold(body, walls, contacts, 0, work)

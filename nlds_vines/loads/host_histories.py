@@ -9,7 +9,8 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import HistoryRequest
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.host_system import Damper, HostSystem
+from nlds_vines.model.parameters import GROUND
 from nlds_vines.model.quantities import OF_HOSTS
 from nlds_vines.runs.store import Arrays
 
@@ -42,6 +43,14 @@ def displacements_of(request: HistoryRequest) -> tuple[str, ...]:
 
 def dampers_of(request: HistoryRequest) -> tuple[str, ...]:
     return tuple(dict.fromkeys(one.name for system in request.systems for one in system.dampers))
+
+
+def stroke_of(damper: Damper) -> str:
+    """Return the name of the displacement along a damper's spring."""
+    if isinstance(damper.attached_to, str):
+        return f"{damper.attached_to}-{damper.name}"
+    one, other = damper.attached_to
+    return one if other == GROUND else f"{one}-{other}"
 
 
 def has_displacement(system: HostSystem, name: str) -> bool:

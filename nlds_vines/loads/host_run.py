@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from nlds_vines.loads.host_histories import (
     dampers_of,
     displacements_of,
     has_displacement,
+    stroke_of,
 )
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.quantities import OF_HOSTS, SHARES
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.host_loads import RUN_UNDER, LoadedOrbit, cells_of, combined, follow_load
-from nlds_vines.orbits.host_orbits import HostOrbits
+from nlds_vines.orbits.host_orbits import RESPONSE, HostOrbits, energies_of, response_of
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.executors import in_pieces
@@ -58,9 +60,27 @@ def _arrays_of_orbit(request: HistoryRequest, case: int) -> dict[str, np.ndarray
     settings = chosen_settings("exact", {"tolerance": request.tolerance})
     orbits = HostOrbits(system.under(load) if load.acts else still, settings.stepped_to)
     cells = cells_of(system, load, request.duration, request.times[1:-1])
-    orbit = follow_load(orbits, cells, orbits.start(request.state[: 2 * orbits.size] or None))
+    shown = [name for name in displacements_of(request) if has_displacement(system, name)]
+    names = [*shown, *(stroke_of(damper) for damper in system.dampers)]
+    start = orbits.start(request.state[: 2 * orbits.size] or None)
+    orbit = follow_load(orbits, cells, start, names)
     arrays = _histories(request, system, orbits, orbit)
-    arrays |= _quantities(request, system, orbit, arrays)
+    E1max, E2max = energies_of(orbit.records, system)
+    response = response_of(orbit.records, request.duration)
+    arrays |= {"E1max": np.array(E1max), **_last_times(orbit.edges, arrays["E1"], E1max)}
+    for column, name in enumerate(RESPONSE):
+        by_name = dict(zip(shown, response[: len(shown), column], strict=True))
+        arrays[name] = np.array([by_name.get(one, np.nan) for one in displacements_of(request)])
+    columns: dict[str, Any] = {
+        "E2max": np.where([d.m is None for d in system.dampers], np.nan, E2max),
+        "stroke_max": response[len(shown) :, 0],
+        "force_max": [_largest_force(orbit.impacts, d.name) for d in system.dampers],
+        "impact_count": [np.sum(orbit.impacts["damper"] == d.name) for d in system.dampers],
+    }
+    own = [damper.name for damper in system.dampers]
+    for name, values in columns.items():
+        by_damper = dict(zip(own, values, strict=True))
+        arrays[name] = np.array([by_damper.get(one, np.nan) for one in dampers_of(request)], float)
     if orbit.status != OK:
         arrays = {name: np.full_like(values, np.nan) for name, values in arrays.items()}
     if request.vary:
@@ -108,28 +128,22 @@ def _histories(
     return {"E1": energy, "E2": E2, "x": x, "a": a, "stroke": stroke}
 
 
-def _quantities(
-    request: HistoryRequest, system: HostSystem, orbit: LoadedOrbit, histories: Arrays
-) -> dict[str, np.ndarray]:
-    """Return the arrays of `OF_HOSTS`."""
-    edges, E1 = orbit.edges, histories["E1"]
-    arrays = {"E1max": E1.max(), "E2max": histories["E2"].max(axis=-1)}
-    arrays["x_max"], arrays["a_max"] = (np.abs(histories[k]).max(axis=-1) for k in "xa")
-    arrays["stroke_max"] = np.abs(histories["stroke"]).max(axis=-1)
-    squares = np.diff(edges) * (histories["x"][:, 1:] ** 2 + histories["x"][:, :-1] ** 2)
-    arrays["x_rms"] = np.sqrt(0.5 * squares.sum(axis=-1) / edges[-1])
+def _last_times(edges: np.ndarray, E1: np.ndarray, most: float) -> dict[str, np.ndarray]:
+    """Return the last times at which E1 exceeds `SHARES` of its largest value, by name.
+
+    Between two edges E1 is taken for a straight line; NaN if it exceeds the share at the end.
+    """
+    times = {}
     for share in SHARES:
-        least = share * arrays["E1max"]
-        above, last = np.flatnonzero(least < E1), 0.0
-        if above.size and (i := above[-1]) < len(E1) - 1:  # on a line between two edges
-            last = edges[i] + (edges[i + 1] - edges[i]) * (E1[i] - least) / (E1[i] - E1[i + 1])
+        above, last = np.flatnonzero(share * most < E1), 0.0
+        if above.size and (i := above[-1]) < len(E1) - 1:
+            part = (E1[i] - share * most) / (E1[i] - E1[i + 1])
+            last = edges[i] + (edges[i + 1] - edges[i]) * part
         elif above.size:
             last = np.nan
-        arrays[f"last_{100 * share:g}"] = np.array(last)
-    dampers, names = dampers_of(request), [one.name for one in system.dampers]
-    count, force = np.full((2, len(dampers)), np.nan)
-    for i, name in enumerate(dampers):
-        if name in names:
-            own = orbit.impacts[orbit.impacts["damper"] == name]
-            count[i], force[i] = len(own), own["force"].max(initial=0.0)
-    return {**arrays, "impact_count": count, "force_max": force}
+        times[f"last_{100 * share:g}"] = np.array(last)
+    return times
+
+
+def _largest_force(impacts: np.ndarray, damper: str) -> float:
+    return float(impacts["force"][impacts["damper"] == damper].max(initial=0.0))

@@ -159,6 +159,8 @@ class HistoryRequest(Request):
                     raise RequestError(f"{key} = {shown(value)} is for hosts")
         elif self.load.harmonic:
             raise RequestError("harmonic: a host takes a tone, [load.tone] with amplitude, omega")
+        elif self.settle:
+            raise RequestError(f"settle = {self.settle:g}: the rms of hosts is over all times")
         for system in self.systems if self.load.harmonic else ():
             refuse_without_force(system)
         # axes that a system or the load has, and not too many orbits
@@ -279,7 +281,11 @@ class HistoryRequest(Request):
         """The times (windows * samples + 1,) of a history [s]; of hosts, those of a record."""
         if self.has_hosts and self.load.record:
             # a record's samples are edges of cells, and with other times there were twice as many
-            step, longest = self.load.record[0].step, self.duration / (self.windows * self.samples)
+            times, longest = (
+                self.load.record[0].times,
+                self.duration / (self.windows * self.samples),
+            )
+            step = (times[-1] - times[0]) / (len(times) - 1)
             step *= math.floor(longest / step) or 1.0 / math.ceil(step / longest)
             return np.append(np.arange(0.0, self.duration * (1.0 - 1e-9), step), self.duration)
         return np.linspace(0.0, self.duration, self.windows * self.samples + 1)

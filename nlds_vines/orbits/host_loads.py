@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ class LoadedOrbit(NamedTuple):
     accelerations: np.ndarray  # (n, coordinates and masses) relative to the ground [m/s^2]
     loads: np.ndarray  # (n,) the force on a dof of factor 1 [N], or minus the ground's acceleration
     impacts: np.ndarray  # of dtype `host_orbits.IMPACT`
+    records: Any  # `HostRecords`: largest energies and the response of displacements
 
 
 def cells_of(
@@ -52,8 +54,13 @@ def cells_of(
     return cells, max(2, 2 * (degree // 2 + 1))
 
 
-def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarray) -> LoadedOrbit:
-    """Integrate an orbit of a system `under` a load from a kernels' state on, which is advanced."""
+def follow_load(
+    orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarray, names: Sequence[str] = ()
+) -> LoadedOrbit:
+    """Integrate an orbit of a system `under` a load from a kernels' state on, which is advanced.
+
+    names: displacements whose largest values are recorded.
+    """
     (cells, drives), size, start = in_cells, orbits.size, state.copy()
     orbits.body = orbits.body._replace(drives=drives, paces=np.zeros(drives))
     edges, jumps = cells.edges, cells.jumps
@@ -63,11 +70,12 @@ def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarr
     load = HostLoad(edges, rows.ravel(), np.zeros(len(edges)) if jumps is None else jumps)
     section, room = np.zeros((len(edges), 3 * size)), 1024
     while True:
+        records = orbits.records(True, names)
         counts = np.zeros(orbits.walls.number, np.int64)
         data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
         impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
         code = run_host_under(
-            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts, None
+            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts, records
         )
         if code != OK or filled[0] <= room:
             break
@@ -81,6 +89,7 @@ def follow_load(orbits: HostOrbits, in_cells: tuple[Cells, int], state: np.ndarr
         orbits.states(accelerations)[:, ::2],
         np.append(rows[:, 0], rows[-1].sum()),
         orbits.table_of(impacts),
+        records,
     )
 
 

@@ -40,29 +40,29 @@ def test_a_frame_alone_moves_under_an_earthquake_as_by_exponentials(quake):
                   [-np.linalg.solve(M, FRAME.K), -np.linalg.solve(M, FRAME.C)]])  # fmt: skip
     full = np.zeros((8, 8))
     full[:6, :6], full[3:6, 6], full[6, 7] = A, -1.0, 1.0
-    fine = scipy.linalg.expm(full * STEP / 21)
+    fine = scipy.linalg.expm(full * STEP / 42)
     ground = np.append(quake, np.zeros(301 - 200))
     y, x, a, E1 = np.zeros(8), [], [], []
     for i in range(300):
         slope = (ground[i + 1] - ground[i]) / STEP if i < 199 else 0.0
         y[6:] = ground[i] if i < 199 else 0.0, slope
-        for _ in range(21):
+        for _ in range(42):
             x.append(y[:3])
             a.append((A @ y[:6])[3:])
             E1.append(0.5 * (y[3:6] @ M @ y[3:6] + y[:3] @ FRAME.K @ y[:3]))
             y = fine @ y
     x, a, E1 = np.array(x), np.array(a), np.array(E1)
-    places = np.rint(history.time[:-1] / STEP * 21).astype(int)
-    assert places == pytest.approx(history.time[:-1] / STEP * 21, abs=1e-6)
+    places = np.rint(history.time[:-1] / STEP * 42).astype(int)
+    assert places == pytest.approx(history.time[:-1] / STEP * 42, abs=1e-6)
     assert history.x["roof"][:-1] == pytest.approx(x[places, 2], abs=1e-11)
     assert history.x["roof-floor1"][:-1] == pytest.approx(x[places, 2] - x[places, 0], abs=1e-11)
     assert history.a["roof"][:-1] == pytest.approx(a[places, 2], abs=1e-8)
     assert history.E1[:-1] == pytest.approx(E1[places], abs=1e-6)
     numbers = history.numbers
-    assert numbers["x_max.roof"] == pytest.approx(np.abs(x[:, 2]).max(), rel=1e-3)
-    assert numbers["a_max.roof"] == pytest.approx(np.abs(a[:, 2]).max(), rel=1e-2)
-    assert numbers["E1max"] == pytest.approx(E1.max(), rel=1e-3)
-    above = np.flatnonzero(0.5 * E1.max() < E1)[-1] * STEP / 21
+    assert numbers["x_max.roof"] == pytest.approx(np.abs(x[:, 2]).max(), rel=1e-5)
+    assert numbers["a_max.roof"] == pytest.approx(np.abs(a[:, 2]).max(), rel=1e-4)
+    assert numbers["E1max"] == pytest.approx(E1.max(), rel=1e-4)
+    above = np.flatnonzero(0.5 * E1.max() < E1)[-1] * STEP / 42
     assert numbers["last_50"] == pytest.approx(above, abs=STEP / 10)
     rms = np.sqrt(np.mean(x[:, 2] ** 2))
     assert numbers["x_rms.roof"] == pytest.approx(rms, rel=1e-4)
@@ -81,7 +81,7 @@ def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(q
         assert both.numbers[f"impact_count.{name}"] == np.sum(touched == name)
         gap = 0.01 if name == "cell" else 0.02
         stroke = both.stroke[name]
-        assert both.numbers[f"stroke_max.{name}"] == pytest.approx(gap, rel=1e-3)
+        assert both.numbers[f"stroke_max.{name}"] == pytest.approx(gap, rel=1e-12)
         assert np.abs(stroke).max() <= gap * (1 + 1e-12)
         signs = np.interp(both.impacts["touch"][touched == name], both.time, stroke) > 0
         assert np.array_equal(np.where(signs, "+", "-"), both.impacts["wall"][touched == name])
@@ -152,6 +152,7 @@ BLOW = {"load": {"impulse": 1.0, "on": "roof"}}
         (None, {"load": {"impulse": 1.0, "on": "roof", "harmonic": True}}, "a host takes a tone"),
         (None, {**BLOW, "vary": {"omega": {"values": [1.0, 2.0]}}}, "own force is off"),
         (None, {**BLOW, "vary": {"cell.q": {"values": [1.0, 2.0]}}}, "unknown parameter 'q'"),
+        (None, {**BLOW, "sampling": {"settle": 1.0}}, "the rms of hosts is over all times"),
         (None, {**BLOW, "start": {"state": [1.0]}}, "must be floor1, v_floor1"),
         ("tmd", BLOW, "on = 'roof' is for hosts"),
         ("tmd", {"load": {"impulse": 1.0}, "sampling": {"of": ["roof"]}}, "of = ('roof',) is for"),

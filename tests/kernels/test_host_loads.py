@@ -12,7 +12,7 @@ import nlds_vines as nv
 from nlds_vines.model.loads.courses import Rectangular, Tone
 from nlds_vines.model.loads.loading import Blow, Loading
 from nlds_vines.model.loads.record import Record
-from nlds_vines.orbits.host_loads import cells_of, follow_load, loaded
+from nlds_vines.orbits.host_loads import cells_of, follow_load
 from nlds_vines.orbits.host_orbits import HostOrbits
 from tests.kernels.test_hosts import matrices_of, random_system
 
@@ -20,12 +20,22 @@ pytestmark = pytest.mark.kernels
 
 
 def orbit_under(system, load, duration, *, marks=(), start=None, tolerance=1e-12):
-    on = loaded(system, load)
+    on = system.under(load)
     orbits = HostOrbits(on, tolerance)
     cells = cells_of(system, load, duration, np.array(marks))
     orbit = follow_load(orbits, cells, orbits.start(start))
     assert orbit.status == 0
     return orbit, cells[0]
+
+
+def elastic_system(seed):
+    """Return a random host whose walls all have Hertz' law."""
+    system = random_system(seed)
+    dampers = tuple(
+        replace(damper, walls=[nv.Wall(wall.gap, wall.side, K=1e7) for wall in damper.walls])
+        for damper in system.dampers
+    )
+    return replace(system, dampers=dampers)
 
 
 def random_record(rng, step, count, **options):
@@ -69,7 +79,7 @@ def test_a_linear_host_moves_under_a_record_as_by_the_exponential_of_each_step(u
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 5])
 def test_random_hosts_with_walls_move_under_a_record_as_by_scipy(seed):
-    system = random_system(seed)
+    system = elastic_system(seed)
     M, C, K, force, rows = matrices_of(system)
     duration, rng = 3 * system.period, np.random.default_rng(seed)
     record = random_record(rng, duration / 40, 36)
@@ -89,7 +99,7 @@ def test_random_hosts_with_walls_move_under_a_record_as_by_scipy(seed):
         total = total - K @ y[:size] - C @ y[size:]
         for row, wall in walls:
             z = max(row @ y[:size] - wall.gap, 0.0)
-            total -= row * wall.constants["K"] * z ** wall.constants.get("exponent", 1.5)
+            total -= row * wall.constants["K"] * z**1.5
         return np.concatenate([y[size:], inverse @ total])
 
     y, depth = np.zeros(2 * size), 0.0
@@ -144,7 +154,7 @@ def test_a_blow_leaves_or_strikes_a_rigid_wall_that_holds(impulse):
 
 
 def test_cells_of_other_lengths_give_the_same_orbit_and_complete_impacts():
-    system = random_system(4)
+    system = elastic_system(4)
     record = random_record(np.random.default_rng(1), 0.05, 30)
     load = Loading(record=(record,), on="roof", scale=2.0 * system.force["roof"])
     plain, _ = orbit_under(system, load, 2.0)
@@ -152,7 +162,8 @@ def test_cells_of_other_lengths_give_the_same_orbit_and_complete_impacts():
     other, _ = orbit_under(system, load, 2.0, marks=marks[marks < 1.99])
     assert len(plain.impacts) == len(other.impacts) > 3
     for column in ("touch", "release", "speed", "force", "depth"):
-        assert other.impacts[column] == pytest.approx(plain.impacts[column], rel=1e-6, nan_ok=True)
+        expected = pytest.approx(plain.impacts[column], rel=1e-6, abs=1e-9, nan_ok=True)
+        assert other.impacts[column] == expected
     assert other.states[-1] == pytest.approx(plain.states[-1], rel=1e-6, abs=1e-9)
     assert math.isfinite(np.nanmax(plain.impacts["release"]))
 
@@ -170,5 +181,5 @@ def test_loads_that_act_nowhere_are_refused_in_one_line(load, message):
     frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
     system = nv.System.from_host(frame, [], force={"roof": 1.0}, omega=1.0)
     with pytest.raises(nv.RequestError, match=message) as refused:
-        loaded(system, load)
+        system.under(load)
     assert "\n" not in str(refused.value)

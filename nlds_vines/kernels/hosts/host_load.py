@@ -59,7 +59,7 @@ def run_host_under(body, walls, contacts, load, state, section, impacts, records
     whole = np.zeros(0)
     while first < n:
         h, last = edges[first + 1] - edges[first], first + 1
-        while last < n and abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) <= slack:
+        while last < n and abs(edges[last + 1] - edges[last] - h) <= slack:
             last += 1
         h = (edges[last] - edges[first]) / (last - first)
         flow, status = host_flow(under(body, h), walls, contacts, impacts, 1)

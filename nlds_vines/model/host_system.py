@@ -577,6 +577,18 @@ class HostSystem(Outlined):
                     row[:count] -= self.host.row(other)
         return rows
 
+    def displacements(self, names: Sequence[str] = ()) -> tuple[str, ...]:
+        """Return the names of displacements whose response is recorded, checked.
+
+        By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
+        """
+        names = (names,) if isinstance(names, str) else tuple(names)
+        for name in names:
+            self.displacement(name)
+        ends = [damper.attached_to for damper in self.dampers]
+        usual = [end if isinstance(end, str) else end[0] for end in ends]
+        return tuple(dict.fromkeys(names or usual or self.host.dofs))
+
     def displacement(self, name: str) -> tuple[np.ndarray, float]:
         """Return a displacement as a row of coordinates and masses, and that with the ground.
 

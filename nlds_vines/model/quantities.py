@@ -27,7 +27,7 @@ from nlds_vines.kernels.scene.codes import (
     OF_IMPULSES,
     POWERS,
 )
-from nlds_vines.model.scenes import BASES, Scene
+from nlds_vines.model.scenes import BASES, HOST, Scene
 
 STRUCTURE = "structure"  # the forced body; kinds of one mass have another one (`Scene.body`)
 # where a number is drawn by default: on maps, the first recorded one first; as panels of diagrams
@@ -118,6 +118,15 @@ _ORDER = (
 _walls, _damper = attrgetter("walls"), attrgetter("damper")
 
 
+def _one_damper(scene: Scene) -> bool:
+    return scene.damper and not scene.dampers
+
+
+def _of_kind(scene: Scene) -> bool:
+    """Return True for one structure with one damper or none, False for a host."""
+    return scene.kind != HOST
+
+
 def _two_walls(scene: Scene) -> bool:
     return len(scene.walls) > 1 or (bool(scene.walls) and bool(scene.dampers))
 
@@ -136,7 +145,7 @@ def _energies(kind: str, word: str, which: str, **options: Any) -> Iterator[Quan
         words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
         yield Quantity(
             f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
-            _damper if i else lambda scene: True, buffer=word, column=i, **options,
+            _one_damper if i else lambda scene: True, buffer=word, column=i, **options,
         )  # fmt: skip
 
 
@@ -153,14 +162,15 @@ def _motion(name: str, column: int, unit: str, words: str, label: str, **options
 def _response(
     name: str, unit: str, words: str, label: str = "", **options: Any
 ) -> Iterator[Quantity]:
-    """Yield a quantity of a response, and its reduction if it is compared."""
+    """Yield a quantity of a kind's response, and its reduction if it is compared."""
+    has = options.pop("has", lambda scene: True)
+    options["has"] = lambda scene: _of_kind(scene) and has(scene)
     yield Quantity(name, unit, words, ("response",), label, buffer="response", **options)
     if options.get("reduced"):
-        has = options.get("has", lambda scene: True)
         words = f"reduction by the damper, 1 - {name} / that of the structure alone"
         yield Quantity(
             f"{name}_reduction", "1", words, ("response",), f"reduction, {label}",
-            has=lambda scene: scene.damper and has(scene),
+            has=lambda scene: _of_kind(scene) and scene.damper and has(scene),
         )  # fmt: skip
 
 
@@ -200,7 +210,27 @@ QUANTITIES = (
     ),
     *_energies("max", "energy", "steady-state maximum", drawn=(MAPS, CURVES)),
     *_energies("peak", "peak", "maximum, the transient included,", drawn=(MAPS,)),
-    Quantity("reduction", "1", _HARMS, ("energy",), has=_damper, drawn=(MAPS,), scale=SIGNED),
+    Quantity(
+        "E2max", "J", "steady-state maximum of the energy of each damper{frame}, equation (6)",
+        ("energy",), "energy of the damper", "E₂max", has=attrgetter("dampers"), dims=("damper",),
+        buffer="energy", of=lambda energy: energy[..., 1:], drawn=(MAPS, CURVES),
+    ),
+    Quantity(
+        "reduction", "1", _HARMS, ("energy",), has=lambda scene: _of_kind(scene) and scene.damper,
+        drawn=(MAPS,), scale=SIGNED,
+    ),
+    *(
+        Quantity(
+            name, unit, f"{words} of each displacement that is recorded", ("response",), words,
+            has=lambda scene: not _of_kind(scene), dims=("displacement",), buffer="response",
+            column=column, drawn=(MAPS, CURVES) * (name != "x_rms"),
+        )
+        for column, (name, unit, words) in enumerate((
+            ("x_max", "m", "largest displacement"),
+            ("x_rms", "m", "rms displacement"),
+            ("a_max", "m/s^2", "largest absolute acceleration"),
+        ))
+    ),
     *_motion(
         "x1", 0, "m", "displacement {x} of the {body}{frame}", "displacement",
         reduced=True, drawn=(MAPS, CURVES),

@@ -85,7 +85,7 @@ class Outputs:
             section=rows(periods_noted > 0, periods_noted, len(scene.components)),
             counts=rows(counted and has_walls, walls + 1, dtype=np.int64),
             cycle=rows("impacts" in want and not judged, walls + 1, dtype=np.int64),
-            energy=rows("energy" in want, 2),
+            energy=rows("energy" in want, 1 + max(1, len(scene.dampers))),
             peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and has_walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),

@@ -392,18 +392,12 @@ def compile_host(tell: Tell | None, has_records: bool = False) -> None:
 
 
 def host_rows(system: HostSystem, words: Collection[str], of: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the displacements whose response is recorded.
-
-    By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
-    """
-    wanted = (of,) if isinstance(of, str) else tuple(of)
-    if wanted and "response" not in words:
-        raise RequestError(f"of = {shown(of)}: the response is not recorded")
-    if wanted or "response" not in words:
-        return tuple(dict.fromkeys(wanted))
-    ends = [damper.attached_to for damper in system.dampers]
-    names = [end if isinstance(end, str) else end[0] for end in ends]
-    return tuple(dict.fromkeys(names or system.host.dofs))
+    """Return the names of the displacements whose response is recorded."""
+    if "response" not in words:
+        if of:
+            raise RequestError(f"of = {shown(of)}: the response is not recorded")
+        return ()
+    return system.displacements(of)
 
 
 def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.ndarray]:

@@ -25,7 +25,8 @@ WANTS = RECORDS  # the words that `[record] want` accepts
 # the default of `want`; `classify` and start orbits record the same and share its compiled kernels
 USUAL = ("section", "impacts", "energy", "regime")
 
-OF_HOSTS = ("section", "impacts", "speeds", "impact_section")  # the words of scans of hosts
+# the words of scans of hosts
+OF_HOSTS = ("section", "impacts", "speeds", "impact_section", "energy", "response", "clearance")
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 

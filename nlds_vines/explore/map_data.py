@@ -20,7 +20,6 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
-from nlds_vines.model.scenes import HOST
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
 
@@ -57,10 +56,8 @@ class Stored:
     _cache: dict[str, tuple[int, Any]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` for a host, and for a unit that the scan does not have."""
+        """Raise `RequestError` for a unit that the scan does not have."""
         scan = self.scan
-        if scan.system.kind == HOST:
-            raise RequestError("pages show no scans of hosts: `nlds-vines plot` draws them")
         self.unit = unit = frequency_unit(self.unit, scan.document())
         varied = meant_by(scan.system.scene, [axis.name for axis in scan.axes])
         changing = {*varied, *scan.system.following(varied)}

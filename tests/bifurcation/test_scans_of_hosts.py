@@ -13,7 +13,6 @@ from nlds_vines.bifurcation.picture.choices import group, quantities_in, usual_p
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.map_data import stored
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.starts import Start
@@ -154,8 +153,6 @@ def test_archives_hold_the_request_and_the_same_bits(tmp_path):
     assert data["impacts_by_wall"].sel(damper="b", wall="+").max() == 0
     with pytest.raises(RequestError, match="no portrait"):
         nv.orbit_portrait(first, at={"omega": 12.6, "a.gap": 0.008})
-    with pytest.raises(RequestError, match="no scans of hosts"):
-        stored(first)
 
 
 def test_samples_of_hosts():

@@ -153,7 +153,8 @@ class Job(commands.Job):
             signals = () if spectral is None else spectral.signals
             sampled = self.request.sampled
             scene = self.request.system.scene
-            recorded = quantities(datasets.values(), scene.components, signals, scene.dampers)
+            parts = signals, scene.dampers, self.request.of
+            recorded = quantities(datasets.values(), scene.components, *parts)
             if sampled is not None:
                 panels = sample_panels(recorded, sampled.names, "label" in datasets)
                 for word in self.show.split(","):

@@ -21,7 +21,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
-from nlds_vines.errors import RequestError, at, choice, string, unknown
+from nlds_vines.errors import RequestError, at, choice, shown, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import AnySystem, any_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
@@ -75,6 +75,7 @@ def state_scales(count: int) -> Iterator[Scale]:
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
+_OF = "displacement whose response is recorded; a-b: that of a minus that of b"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "spectra_agree": KEPT,
@@ -90,6 +91,7 @@ def table_of(
     start: Start,
     periods: int,
     spectral: SpectralRecords | None,
+    of: Sequence[str] = (),
 ) -> Table:
     """Return the datasets of a scan that `want` asks for, and `status`."""
     dims, walls = (*(axis.name for axis in axes), "start"), struck(scene)
@@ -109,6 +111,7 @@ def table_of(
     lengths |= {"impact": touches} if touches else {}
     lengths |= {"wall": len(walls)} if walls else {}
     lengths |= {"damper": len(scene.dampers)} if scene.dampers else {}
+    lengths |= {"displacement": len(of)} if of else {}
     lengths |= {"multiplier": size, "exponent": size, "part": 2} if "evidence" in want else {}
     if spectral is not None:
         datasets = [spectral.in_units(dataset) for dataset in datasets]
@@ -120,6 +123,12 @@ def begins_at_sections(view: ArchiveView) -> bool:
     """Return True if all orbits of a scan begin at phase zero, where the attractors' points lie."""
     start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
     return PHASE not in view.axes and not start.get(PHASE)
+
+
+def checked_of(names: object) -> tuple[str, ...]:
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise RequestError(f"of = {shown(names)} must be a list of names of displacements")
+    return tuple(string("of", name) for name in names)
 
 
 MOST_LANES = 10**8  # the most orbits of one scan: days of work on a large machine
@@ -205,6 +214,12 @@ class Scan(Request):
     contact_steps: float | None = _for_experts("contact_steps", "steps of a contact")
     period_steps: float | None = _for_experts("period_steps", "steps of a period by `rk4`")
     sampled: Samples | None = None
+    of: tuple[str, ...] = setting(
+        (), Checked(lambda value: checked_of(value), listed=True), "record",
+        "the displacements of a host whose `response` is recorded: a degree of freedom, a damper's "
+        "mass, or a difference, `roof-floor2`", "A,B",
+        option="--of", usual="degrees of freedom that dampers hang on",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         string("title", self.title)
@@ -248,6 +263,8 @@ class Scan(Request):
             )
         if scene.kind == HOST:
             self._refuse_for_hosts()
+        elif self.of:
+            raise RequestError(f"of = {shown(list(self.of))} is for the response of a host")
         if PHASE in names and start.phase:
             raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
         # any other name must be an initial condition; the system refuses parameters that its kind
@@ -290,6 +307,11 @@ class Scan(Request):
             )
 
     def _refuse_for_hosts(self) -> None:
+        system: Any = self.system
+        if "response" in self.want:
+            object.__setattr__(self, "of", system.displacements(self.of))
+        elif self.of:
+            raise RequestError(f"of = {shown(list(self.of))}: the response is not recorded")
         choice("method of a host", self.method, solver_settings.METHODS[:1])
         if self.start.phase:
             raise RequestError("phase: orbits of hosts begin at phase 0")
@@ -297,7 +319,7 @@ class Scan(Request):
             raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
         ends = [axis.values[[0, -1]].tolist() for axis in self.axes if self.sampled is None]
         for corner in product(*ends):  # walls must not overlap
-            self.system.with_(**dict(zip(self.varied, corner, strict=False)))
+            system.with_(**dict(zip(self.varied, corner, strict=False)))
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         """Return the cells of the grid for kernels, constant along axes of initial conditions."""
@@ -399,7 +421,8 @@ class Scan(Request):
     def table(self) -> Table:
         """The datasets of its archive."""
         scene = self.system.scene
-        return table_of(scene, self.want, self.axes, self.start, self.periods, self.spectral)
+        orbits = self.start, self.periods
+        return table_of(scene, self.want, self.axes, *orbits, self.spectral, self.of)
 
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
@@ -419,6 +442,7 @@ class Scan(Request):
             Scale.counted("impact", touches, impact, 1),
             Scale("component", np.array(scene.components), "1", "component of the state"),
             *scales_of_walls(scene),
+            *([Scale("displacement", np.array(self.of), "1", _OF)] if self.of else []),
             *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
             *(() if self.spectral is None else self.spectral.scales()),
         )
@@ -447,7 +471,7 @@ class Scan(Request):
             "vary" if self.sampled is None else "samples": varied,
             "start": start,
             "sampling": entries(self, "sampling"),
-            "record": {"want": list(self.want)},
+            "record": {"want": list(self.want), **({"of": list(self.of)} if self.of else {})},
             **({"spectrum": entries(self, "spectrum")} if self.spectral else {}),
         }
 

@@ -207,6 +207,8 @@ class CellOrbit:
 
         if isinstance(self.begin, HostBeginning):
             words = host_record(record)
+            if "response" in words and not self.begin.of:
+                raise RequestError("the scan records no response, so no displacement is named")
         else:
             words = checked_record(self.begin.system, record)
         scan = self.scan
@@ -315,7 +317,7 @@ def cell_orbit(
         state = own_states(scan, cells[place].reshape(1), {}, np.array([lane]))[0]
         for one in (*swept_before(scan, place, lane), place):
             of_host: Any = system_at(scan, one)
-            of_cell = HostBeginning(of_host, scan.settings, state, is_put_on_walls=True)
+            of_cell = HostBeginning(of_host, scan.settings, state, True, scan.of)
             if one != place:
                 try:
                     state = of_cell.follow((), scan.transient, scan.periods).state

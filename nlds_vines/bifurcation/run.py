@@ -32,7 +32,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.model.quantities import recorded
 from nlds_vines.orbits import records, responses
 from nlds_vines.orbits.batch import Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
@@ -155,13 +155,14 @@ class Computer:
     def __init__(self, scan: Scan, tell: Tell | None = None, *, helped: bool = True) -> None:
         self.scan = scan
         self._cells, self._tell = scan.cells(), tell
+        self._quantities = {one.name: one for one in recorded(scan.system.scene, scan.want)}
         wanted = wanted_of(scan)
         self.ends: OrbitEnds | None = None
         if records.ATTRACTOR in scan.want:
             from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
-        self.kernels = kernels_for(scan.system, wanted, tell, helped=helped)
+        self.kernels = kernels_for(scan.system, wanted, tell, of=scan.of, helped=helped)
         traced = replace(wanted, want=("section",))
         self._traced = kernels_for(scan.system, traced, tell, helped=helped)
 
@@ -216,7 +217,7 @@ class Computer:
             buffers, arrays["status"] = outputs.buffers, outputs.status
             with np.errstate(all="ignore"):  # lanes that failed hold anything
                 for name in datasets:
-                    entry = BY_NAME[name]
+                    entry = self._quantities[name]
                     buffer = getattr(buffers, entry.buffer) if entry.buffer in _PLAIN else None
                     if buffer is not None and entry.buffer == "section":
                         buffer = buffer[:, :, -scan.periods :]

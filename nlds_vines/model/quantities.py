@@ -454,7 +454,7 @@ COORDINATES: Mapping[str, tuple[str, str]] = {  # of a section: body or meaning,
 
 
 def drawn_in(place: str) -> tuple[str, ...]:
-    return tuple(entry.name for entry in QUANTITIES if place in entry.drawn)
+    return tuple(dict.fromkeys(entry.name for entry in QUANTITIES if place in entry.drawn))
 
 
 def scale_of(name: str) -> str:

@@ -658,7 +658,7 @@ def _merge(
 def system_in_words(system: System | HostSystem) -> str:
     """Return the title of a system; without one, its kind if its name is that of a file."""
     is_named = not (system.name == system.kind or system.name.endswith(".toml"))
-    if system.title or is_named or system.kind not in SCENES:
+    if system.title or is_named:
         return system.title or system.name
     if system.kind not in SCENES:
         return system.heading()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,13 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import METHOD, Kernels, Outcome, Outputs, Wanted, on_threads
-from nlds_vines.orbits.host_orbits import HostOrbits, compile_host, energies_of, response_of
+from nlds_vines.orbits.host_orbits import (
+    RESPONSE,
+    HostOrbits,
+    compile_host,
+    energies_of,
+    response_of,
+)
 from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, start_states
@@ -25,11 +32,16 @@ MOST_AT_ONCE = 4  # sweeps that a thread takes at a time: one may take longer th
 
 
 def kernels_for(
-    system: System | HostSystem, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True
+    system: System | HostSystem,
+    wanted: Wanted,
+    tell: Tell | None = None,
+    *,
+    of: tuple[str, ...] = (),
+    helped: bool = True,
 ) -> Kernels | HostKernels:
-    """Return the kernels for orbits of a kind, or of a host."""
+    """Return the kernels for orbits of a kind, or of a host with its displacements `of`."""
     if isinstance(system, HostSystem):
-        return HostKernels(system, wanted, tell)
+        return HostKernels(system, wanted, tell, of)
     return Kernels(wanted, tell, helped=helped)
 
 
@@ -39,14 +51,27 @@ class HostKernels:
     Cells are records of parameters (`HostSystem.cells`), starts are in the user's coordinates.
     """
 
-    def __init__(self, system: HostSystem, wanted: Wanted, tell: Tell | None = None) -> None:
-        self._system, self._wanted, self._tell = system, wanted, tell
+    def __init__(
+        self,
+        system: HostSystem,
+        wanted: Wanted,
+        tell: Tell | None = None,
+        of: tuple[str, ...] = (),
+    ) -> None:
+        """Prepare the kernels; the response is recorded of the displacements `of`."""
+        self._system, self._wanted, self._tell, self._of = system, wanted, tell, of
         self.records = bool(wanted.want)
 
     def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run sweeps (sweeps, cells) from `starts` (sweeps, components)."""
-        compile_host(self._tell)
-        outputs = Outputs.of(self._wanted, (len(sweeps), sweeps.shape[1]), transient, periods)
+        shape, others = (len(sweeps), sweeps.shape[1]), {*self._wanted.want} - {"response"}
+        outputs = Outputs.of(replace(self._wanted, want=others), shape, transient, periods)
+        if "response" in self._wanted.want:
+            response = np.full((*shape, len(self._of), len(RESPONSE)), np.nan)
+            outputs = replace(outputs, buffers=outputs.buffers._replace(response=response))
+        compile_host(
+            self._tell, has_records=not {"energy", "response"}.isdisjoint(self._wanted.want)
+        )
         arguments = sweeps, starts, Span(transient, periods, 1), outputs
         on_threads(self._sweep, arguments, len(sweeps), 1, MOST_AT_ONCE)
         return outputs
@@ -83,12 +108,18 @@ class HostKernels:
         except RequestError:  # samples, or corners of a grid, of which each value is allowed
             return BAD_PARAMETERS, start
         state = orbits.start(start, is_put_on_walls=True)
-        code, section, impacts = orbits.follow(state, span)
+        watched = orbits.records(out.buffers.energy is not None, self._of)
+        code, section, impacts = orbits.follow(state, span, watched)
         if code != OK:
             return code, start
         buffers, period = out.buffers, orbits.system.period
         if buffers.section is not None:
             buffers.section[place] = orbits.states(section)
+        if watched is not None and buffers.energy is not None:
+            E1, E2 = energies_of(watched, orbits.system)
+            buffers.energy[place] = [E1, *(E2 if len(E2) else [0.0])]
+        if watched is not None and buffers.response is not None:
+            buffers.response[place] = response_of(watched, span.periods * period)
         rows = impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
         walls, touches = rows[:, OF_WALL].astype(np.int64), rows[:, OF_TOUCH] / period
         if buffers.touches is not None:

@@ -26,7 +26,7 @@ WANTS = RECORDS  # the words that `[record] want` accepts
 USUAL = ("section", "impacts", "energy", "regime")
 
 # the words of scans of hosts
-OF_HOSTS = ("section", "impacts", "speeds", "impact_section", "energy", "response", "clearance")
+OF_HOSTS = ("section", "impacts", "speeds", "impact_section", "energy", "response")
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 

@@ -155,6 +155,30 @@ def test_archives_hold_the_request_and_the_same_bits(tmp_path):
         nv.orbit_portrait(first, at={"omega": 12.6, "a.gap": 0.008})
 
 
+def test_energies_and_responses_are_those_of_simulate(tmp_path):
+    want, of = ("impacts", "energy", "response"), ("roof", "roof-floor2", "a")
+    scan = scan_of({"omega": [12.0, 12.6]}, want, of=of)
+    arrays = computed(scan)
+    assert scan.table.datasets["E2max"].tail == ("damper",)
+    assert scan.table.datasets["a_max"].tail == ("displacement",)
+    system = RIGID.with_(omega=12.6)
+    orbit = nv.simulate(system, 30, transient=40, record=["energy", "response"], of=of, quiet=True)
+    assert arrays["E1max"][1, 0] == orbit.E1max > 0.0
+    assert (arrays["E2max"][1, 0] == orbit.E2max).all()
+    for i, name in enumerate(of):
+        for quantity, value in orbit.response[name].items():
+            assert arrays[quantity][1, 0, i] == value
+    path = archived(tmp_path / "x.h5", scan, arrays)
+    with read(path) as view:
+        drawn = quantities_in(view)
+        assert {"E1max", "E2max:a", "E2max:b", "x_max:roof-floor2", "a_max:a"} <= drawn.keys()
+        assert drawn["E2max:b"].of(view)[1, 0] == orbit.E2max[1]
+        assert drawn["x_max:roof"].label == "largest displacement, roof [m]"
+    usual = scan_of({"omega": [12.0]}, ("response",))
+    assert usual.of == ("roof",)
+    assert usual.to_toml() == nv.load_scan(usual.document()).to_toml()
+
+
 def test_samples_of_hosts():
     samples = {"a.gap": [0.006, 0.03, -1.0], "b.m": [100.0, 200.0, 300.0]}
     scan = nv.scan(RIGID, samples=samples, record=["impacts"], sampling=SPAN, quiet=True)
@@ -200,6 +224,8 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         ({"omega": [12.0]}, {"start": Start(phase=1.0)}, "orbits of hosts begin at phase 0"),
         ({"omega": [12.0]}, {"method": "rk4"}, "method of a host"),
         ({"omega": [12.0]}, {"want": ("spectrum",)}, "want 'spectrum' cannot be had"),
+        ({"omega": [12.0]}, {"of": ("roof",)}, "the response is not recorded"),
+        ({"omega": [12.0]}, {"want": ("response",), "of": ("attic",)}, "attic"),
         ({"omega": [12.0]}, {"start": Start("state", state=(0.0, 1.0))}, "state has 2 numbers"),
     ],
 )

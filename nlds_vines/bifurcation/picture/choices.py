@@ -27,7 +27,7 @@ from nlds_vines.plotting.bands import drawable, is_list
 from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
 
 SIGNAL = "signal"  # the dimension along which spectral quantities differ in their signal
-DAMPER = "damper"  # that of several dampers of a host
+PARTS = ("damper", "displacement")  # those along which quantities of hosts differ in the part
 SECTION = "section"  # the dataset whose components are quantities of their own
 _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
 
@@ -46,7 +46,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        if not {SIGNAL, DAMPER} & self.index.keys():
+        if self.index.keys().isdisjoint((SIGNAL, *PARTS)):
             return quantity_label(self.name, self.units, self.long_name, self.body)
         meaning, which = quantity_label(self.dataset, "1", self.long_name), self.name.split(":")[1]
         unit = "" if self.units == "1" else f" [{raised(self.units)}]"
@@ -65,11 +65,11 @@ def quantities(
     datasets: Iterable[Dataset],
     components: Sequence[str],
     signals: Sequence[str] = (),
-    dampers: Sequence[str] = (),
+    *parts: Sequence[str],
 ) -> dict[str, Quantity]:
     """Return the drawable quantities of datasets by name.
 
-    There is one for each component, for each signal, and for each of several dampers.
+    There is one for each component, for each signal, and for each name along `PARTS`.
     """
     by_name: dict[str, Quantity] = {}
     for entry in datasets:
@@ -86,11 +86,12 @@ def quantities(
                 about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
                 name = f"{entry.name}:{signal}"
                 by_name[name] = Quantity(name, entry.name, *about, index={SIGNAL: i})
-        elif DAMPER in entry.dims:
-            for i, damper in enumerate(dampers):
-                about = entry.units, entry.long_name, float(entry.fill), entry.tail == (DAMPER,)
-                name = f"{entry.name}:{damper}"
-                by_name[name] = Quantity(name, entry.name, *about, index={DAMPER: i})
+        elif dims := {*PARTS} & {*entry.dims}:
+            (dim,), is_single = dims, entry.tail == (*dims,)
+            for i, part in enumerate(parts[PARTS.index(dim)]):
+                about = entry.units, entry.long_name, float(entry.fill), is_single
+                name = f"{entry.name}:{part}"
+                by_name[name] = Quantity(name, entry.name, *about, index={dim: i})
         elif entry.dtype != "str" and "start" in entry.dims:
             is_code = entry.flags is not None
             if not (entry.tail if is_code else {*_NO_NUMBERS} & {*entry.tail}):
@@ -100,7 +101,8 @@ def quantities(
 
 
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
-    dims = (list(view[name]) if name in view else [] for name in ("component", SIGNAL, DAMPER))
+    names = ("component", SIGNAL, *PARTS)
+    dims = (list(view[name]) if name in view else [] for name in names)
     by_name = quantities(map(view.describe, view.names), *dims)
     body = body_of(view.attrs.get("kind"))
     return {name: replace(quantity, body=body) for name, quantity in by_name.items()}
@@ -185,7 +187,17 @@ def is_map(values: Sequence[np.ndarray]) -> bool:
 def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
     if labeled:
         return REGIMES
-    return next((name for name in NUMBERS if name in recorded), None)
+    return next(iter(drawn_by(MAPS, recorded)), None)
+
+
+def drawn_by(place: str, recorded: Mapping[str, Quantity]) -> list[str]:
+    """Return the recorded quantities that are drawn at a place of `model.quantities`, in order."""
+    return [
+        name
+        for dataset in drawn_in(place)
+        for name, quantity in recorded.items()
+        if quantity.dataset == dataset
+    ]
 
 
 def scale_and_quantity(show: str) -> tuple[str, str]:

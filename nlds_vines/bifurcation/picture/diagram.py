@@ -160,11 +160,11 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
 ) -> list[str]:
-    below = [name for name in drawn_in(BELOW) if name in recorded]
+    below = choices.drawn_by(BELOW, recorded)
     places = choices.usual_places(view, recorded)
-    places += [name for name in drawn_in(TOUCHED) if name in recorded]
+    places += choices.drawn_by(TOUCHED, recorded)
     if not places:
-        numbers = [name for name in drawn_in(CURVES) if name in recorded]
+        numbers = choices.drawn_by(CURVES, recorded)
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
             numbers = [name for name in numbers if name != "periodicity"]
         return numbers + below

@@ -387,11 +387,11 @@ def of(*dampers, host=FRAME, **load):
         (lambda: of(CELL, omega=0.0), "must be > 0"),
         (lambda: of(CELL, host=nv.Host.from_modes([{"f": 1.0, "shape": {"tip": 1, "roof": 0}}]),
                     force={"tip": 1.0}), "no mode of the host moves 'roof'"),
-        (lambda: nv.simulate(of(CELL), 2, record=["energy"]), "record of a host 'energy'"),
+        (lambda: nv.simulate(of(CELL), 2, record=["peak"]), "record of a host 'peak'"),
         (lambda: nv.simulate(of(CELL), 2, method="rk4"), "method of a host 'rk4'"),
-        (lambda: nv.simulate(of(CELL), 2, omega=3.0), "option of a host's orbit 'omega'"),
+        (lambda: nv.simulate(of(CELL), 2, nodes=3), "option of a host's orbit 'nodes'"),
         (lambda: nv.simulate(of(CELL), 2, start=[1, 2]), "8 finite numbers floor1, v_floor1"),
-        (lambda: nv.classify(of(CELL)), "must be a System"),
+        (lambda: nv.classify(of(CELL)), "kind 'host' is not possible here"),
     ],
 )  # fmt: skip
 def test_wrong_requests_are_refused(call, message):

@@ -57,7 +57,7 @@ from .host_variations import (
     vary_shortly,
     vary_step,
 )
-from .host_watch import note_series
+from .host_watch import largest_in, note_series, read_line
 from .walls import (
     FAST,
     IS_RIGID,
@@ -275,28 +275,6 @@ def note_misses_in_step(body, walls, contacts, clearance, x, table):
         if sign * before > 0.0 >= sign * after and not is_in_contact(contacts, wall):
             expand_r_by_theta(body, walls, S, wall, x, table)
             note_miss(walls, wall, clearance, 1.0, table, True)
-
-
-@jit
-def largest_of(k, column, x):
-    """Return the largest value of a column of a wall within a step to theta = x units.
-
-    It rises and falls at most once in a step.
-    """
-    a, b = SERIES + column, COLUMNS
-    most = max(k[a], at_theta(k, a, b, x))
-    if not (k[a + b] > 0.0 and slope_at(k, a, b, x) < 0.0):
-        return most
-    low, high = 0.0, x
-    for _ in range(MOST_NEWTON):
-        place = 0.5 * (low + high)
-        if not high - low > 1.0e-9 * x:  # the height errs by the square
-            break
-        if slope_at(k, a, b, place) > 0.0:
-            low = place
-        else:
-            high = place
-    return max(most, at_theta(k, a, b, low))
 
 
 # ---- a step --------------------------------------------------------------------------------------
@@ -536,16 +514,17 @@ def turn_away(body, walls, wall, y):
 
 
 @jit
-def note_step(walls, contacts, impacts, x):
+def note_step(walls, contacts, impacts, x, table):
     """Raise the largest force and depth of the impacts under way by those of a step."""
-    active = contacts.active
+    active, data = contacts.active, impacts.data
     for c in range(active[0]):
         wall = active[1 + c]
-        k, row = scratch_of(contacts, wall), contacts.rows[wall]
+        row = contacts.rows[wall]
         if 0 <= row < impacts.room and walls.law[wall] != IS_RIGID:
-            data, at = impacts.data, ROW_OF_IMPACT * row
-            data[at + OF_DEEPEST] = max(data[at + OF_DEEPEST], largest_of(k, int(DEPTH), x))
-            data[at + OF_LARGEST] = max(data[at + OF_LARGEST], largest_of(k, int(FORCE), x))
+            for column, place in ((int(DEPTH), OF_DEEPEST), (int(FORCE), OF_LARGEST)):
+                read_line(scratch_of(contacts, wall), COLUMNS, SERIES + column, x, table)
+                at = ROW_OF_IMPACT * row + place
+                data[at] = largest_in(table, int(HIGHEST), data[at])
 
 
 @jit
@@ -675,7 +654,7 @@ def follow(host, varied, watch, begun, y):
             if not doubt > contacts.tolerance or attempt > MOST_REPEATS:
                 break
             h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
-        note_step(walls, contacts, impacts, h)
+        note_step(walls, contacts, impacts, h, table)
         if watch is not None:
             note_series(body, watch, S, (width, first + OF_DRIVE, first + OF_TOTAL, unit), h)
         if varied is not None:

@@ -20,10 +20,22 @@ from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
 from .body import along
 from .grid import host_grid
-from .host_contact import Impacts, PreparedHost, begin, follow, put_on, strike
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, drive_of, fly, note_misses
+from .host_contact import (
+    OF_DRIVE,
+    OF_TOTAL,
+    Impacts,
+    PreparedHost,
+    begin,
+    end_state,
+    expand,
+    follow,
+    put_on,
+    strike,
+    width_of,
+)
+from .host_flight import FLOWN, LOST_TOUCH, Scratch, advance, drive_of, fly, note_misses
 from .host_variations import varied_of, vary_flight, vary_on_hold
-from .host_watch import host_watch, note_flight
+from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
 from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
@@ -277,7 +289,7 @@ def run_part(host, varied, watch, ends, origin, y):
                 vary_flight(body, grid, scratch, varied, begun, (j, x))
                 note_misses(body, grid, walls, scratch, varied.clearance, begun, (j, x))
             if watch is not None:
-                note_flight(body, grid, watch, scratch, begun, (j, x))
+                note_flight(host, watch, begun, (j, x))
             if wall == FLOWN:
                 return OK
             touches += 1
@@ -291,3 +303,52 @@ def run_part(host, varied, watch, ends, origin, y):
         if j == LOST_TOUCH:
             return STEP_BUDGET
     return OK
+
+
+@jit
+def note_flight(host, watch, begun, ended):
+    """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
+    if watch.is_on[0] == 0.0:
+        return
+    body, grid, walls, contacts, _, scratch = host
+    (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
+    size, behind, coarse = body.size, 2 * (watch.energies + 2 * watch.rows), 1 << grid.levels
+    is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there
+    usual = 0  # the level of the last quiet cell
+    while j < last or x < rest:
+        noted = 0  # smallest cells, as one quiet cell
+        drive_of(grid, j, x, drive)
+        if x == 0.0 and j < last:
+            if not is_known:
+                note_instant(body, watch, y, drive, 0)
+            if not is_bounded or j % coarse == 0:
+                bound_rates(body, grid, watch, y, drive)
+            is_bounded = True
+            for level in range(max(usual - 1, 0), grid.levels + 1):
+                cells = coarse >> level
+                if j % cells != 0 or j + cells > last:
+                    continue
+                drive_of(grid, j, x, drive)
+                advance(body, grid, level, drive, y, end)
+                drive_of(grid, j + cells, 0.0, drive)
+                note_instant(body, watch, end, drive, behind)
+                drive_of(grid, j, x, drive)
+                if is_quiet(body, watch, cells * grid.h, coarse * grid.h, y):
+                    add_squares(body, watch, level, y, drive)
+                    noted, usual = cells, level
+                    break
+        is_known = noted > 0
+        if is_known:
+            for i in range(2 * size):
+                y[i] = end[i]
+            for q in range(behind):
+                watch.values[q] = watch.values[behind + q]
+            j += noted
+            continue
+        # a smallest cell, or a part of it, in units of its length
+        piece = (rest if j == last else 1.0) - x
+        expand(body, walls, contacts, drive, piece * grid.h, y)
+        layout = width_of(body), 3 * size + OF_DRIVE, 3 * size + OF_TOTAL, piece * grid.h
+        note_series(body, watch, contacts.series, layout, 1.0)
+        end_state(body, contacts, 1.0, y)
+        j, x = (j + 1, 0.0) if j < last else (j, rest)

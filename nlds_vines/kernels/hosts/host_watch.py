@@ -30,7 +30,6 @@ from ..scene.law import HIGHEST
 from ..watch.response import may_peak
 from .body import accelerate, along, differentiate
 from .grid import exponential, growth_of, matrix_of, pairs_of, times
-from .host_flight import advance, drive_of
 
 DERIVATIVES = 6  # of V that are bounded, from V itself to the 4th derivative of X''
 DEGREE = 2 * HIGHEST  # of an energy's polynomial
@@ -63,7 +62,6 @@ class HostWatch(NamedTuple):
     values: Any  # 4 (energies + 2 rows): quantities and rates at the beginning and end of a cell
     norms: Any  # (pairs,) of the pairs of a derivative
     bounds: Any  # DERIVATIVES * pairs: of the derivatives of V, and of the force, in a coarse cell
-    series: Any  # (HIGHEST + 1) powers of X, V, X'' and the force in a smallest cell
     table: Any  # (DEGREE + HIGHEST + 2,) two polynomials
 
 
@@ -100,8 +98,7 @@ def host_watch(body, grid, records):
     return HostWatch(
         records, energies, rows, growth.ravel(), grams, np.zeros(1),
         np.zeros((DERIVATIVES + 1) * size), np.zeros(D), np.zeros(4 * (energies + 2 * rows)),
-        np.zeros(pairs), np.zeros(DERIVATIVES * pairs), np.zeros((HIGHEST + 1) * (3 * size + D)),
-        np.zeros(DEGREE + HIGHEST + 2),
+        np.zeros(pairs), np.zeros(DERIVATIVES * pairs), np.zeros(DEGREE + HIGHEST + 2),
     )  # fmt: skip
 
 
@@ -244,22 +241,22 @@ def value_and_slope(c, degree, x):
 
 @jit
 def largest_in(c, degree, record):
-    """Return the larger of a record and of |f| in [0, 1]; c: the coefficients of f."""
+    """Return the larger of a record and of f in [0, 1]; c: the coefficients of f."""
     fourth, x, width, f0, g0 = 0.0, 0.0, 1.0, c[0], c[1]
     for k in range(4, degree + 1):
         fourth += k * (k - 1.0) * (k - 2.0) * (k - 3.0) * abs(c[k])
-    record = max(record, abs(f0))
+    record = max(record, f0)
     while x < 1.0:
         f1, g1 = value_and_slope(c, degree, x + width)
-        record = max(record, abs(f1))
+        record = max(record, f1)
         h4 = (width * width) * (width * width)
-        if may_exceed(record, f0, f1, width * g0, width * g1, fourth * h4):
+        if may_peak(record, f0, f1, width * g0, width * g1, fourth * h4):
             if width > SHORTEST:
                 width *= 0.5
                 continue
-            if (g0 > 0.0) != (g1 > 0.0):
+            if g0 > 0.0 and g1 < 0.0:
                 f, _ = value_and_slope(c, degree, x + width * (g0 / (g0 - g1)))
-                record = max(record, abs(f))
+                record = max(record, f)
         x, f0, g0 = x + width, f1, g1
         width = min(4.0 * width, 1.0 - x)
     return record
@@ -278,7 +275,7 @@ def read_line(S, width, column, x, line):
 def note_series(body, watch, S, layout, x):
     """Raise the records to those over [0, x] of a series of the motion.
 
-    layout: (width, column of the force f, column of dt/dtheta or -1 if it is 1, unit of theta).
+    layout: (width, column of the force f, column of dt/dtheta, unit of theta).
     """
     if watch.is_on[0] == 0.0:
         return
@@ -299,94 +296,24 @@ def note_series(body, watch, S, layout, x):
                         c[k + m] += term * line[m]
         peaks[e] = largest_in(c, int(DEGREE), peaks[e])
     for q in range(2 * watch.rows):
-        which, at, ground, power = q, 0, 0.0, 1.0
+        which, at, ground = (q, 0, 0.0)
         if q >= watch.rows:
             which, at = q - watch.rows, 2 * size
             ground = records.grounds[which]
+        read_line(S, width, of_force, x, line)
         for k in range(HIGHEST + 1):
-            c[k] = ground * S[width * k + of_force]
-            for i in range(size):
-                c[k] += records.rows[which * size + i] * S[width * k + at + i]
-            c[k] *= power
-            power *= x
-        peaks[watch.energies + q] = largest_in(c, int(HIGHEST), peaks[watch.energies + q])
+            c[k] = ground * line[k]
+        for i in range(size):
+            read_line(S, width, at + i, x, line)
+            for k in range(HIGHEST + 1):
+                c[k] += records.rows[which * size + i] * line[k]
         if q < watch.rows:
+            read_line(S, width, of_pace, x, line)
             for g in range(6):
                 f, _ = value_and_slope(c, int(HIGHEST), POINTS[g])
-                pace = 1.0 if of_pace < 0 else 0.0
-                if of_pace >= 0:
-                    for k in range(HIGHEST, -1, -1):
-                        pace = pace * (x * POINTS[g]) + S[width * k + of_pace]
+                pace, _ = value_and_slope(line, int(HIGHEST), POINTS[g])
                 records.squares[which] += WEIGHTS[g] * (unit * x * pace) * (f * f)
-
-
-# ---- a flight ------------------------------------------------------------------------------------
-
-
-@jit
-def fill_flight(body, drive, h, y, S):
-    """Fill the series of a flight of h [s] from y and the force on, by powers of its share."""
-    size, width = body.size, 3 * body.size + body.drives
-    for i in range(2 * size):
-        S[i] = y[i]
-    for k in range(body.drives):
-        S[3 * size + k] = drive[k]
-    for n in range(HIGHEST + 1):
-        row, per = width * n, h / (n + 1.0)
-        accelerate(body, S, row, S[row + 3 * size], S, row + 2 * size)
-        if n < HIGHEST:
-            for i in range(2 * size):
-                S[row + width + i] = per * S[row + size + i]
-            for k in range(3 * size, width):
-                S[row + width + k] = per * S[row + k]
-            differentiate(body, S, row + width + 3 * size)
-
-
-@jit
-def note_flight(body, grid, watch, scratch, begun, ended):
-    """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
-    if watch.is_on[0] == 0.0:
-        return
-    (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
-    size, behind, coarse = body.size, 2 * (watch.energies + 2 * watch.rows), 1 << grid.levels
-    is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there
-    usual = 0  # the level of the last quiet cell
-    while j < last or x < rest:
-        noted = 0  # smallest cells, as one quiet cell
-        drive_of(grid, j, x, drive)
-        if x == 0.0 and j < last:
-            if not is_known:
-                note_instant(body, watch, y, drive, 0)
-            if not is_bounded or j % coarse == 0:
-                bound_rates(body, grid, watch, y, drive)
-            is_bounded = True
-            for level in range(max(usual - 1, 0), grid.levels + 1):
-                cells = coarse >> level
-                if j % cells != 0 or j + cells > last:
-                    continue
-                drive_of(grid, j, x, drive)
-                advance(body, grid, level, drive, y, end)
-                drive_of(grid, j + cells, 0.0, drive)
-                note_instant(body, watch, end, drive, behind)
-                drive_of(grid, j, x, drive)
-                if is_quiet(body, watch, cells * grid.h, coarse * grid.h, y):
-                    add_squares(body, watch, level, y, drive)
-                    noted, usual = cells, level
-                    break
-        is_known = noted > 0
-        if is_known:
-            for i in range(2 * size):
-                y[i] = end[i]
-            for q in range(behind):
-                watch.values[q] = watch.values[behind + q]
-            j += noted
-            continue
-        # a smallest cell, or a part of it
-        piece, S, width = (rest if j == last else 1.0) - x, watch.series, 3 * size + body.drives
-        fill_flight(body, drive, piece * grid.h, y, S)
-        note_series(body, watch, S, (width, 3 * size, -1, piece * grid.h), 1.0)
-        for i in range(2 * size):
-            y[i] = 0.0
-            for k in range(HIGHEST, -1, -1):
-                y[i] += S[width * k + i]
-        j, x = (j + 1, 0.0) if j < last else (j, rest)
+        for _ in range(2):  # the largest f, and the largest -f
+            peaks[watch.energies + q] = largest_in(c, int(HIGHEST), peaks[watch.energies + q])
+            for k in range(HIGHEST + 1):
+                c[k] = -c[k]

@@ -124,11 +124,6 @@ def looks_like_path(text: str) -> bool:
     return text.endswith(".toml") or "/" in text or os.sep in text
 
 
-def system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
-    """Return `any_system_from`; refuse a host."""
-    return without_hosts(any_system_from(value, name, needs_force=needs_force))
-
-
 def any_system_from(value: object, name: str = "", *, needs_force: bool = True) -> AnySystem:
     """Return the system of the entry `system` of a request file: a name, a system, or a table.
 

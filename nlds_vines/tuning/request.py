@@ -342,12 +342,9 @@ class Tuning(Request):
         return [dict(zip(names, one, strict=True)) for one in chosen]
 
     def with_layouts(self) -> list[Tuning]:
-        """Return the tuning with the system of each layout."""
-        if not self.places:
-            return [self]
-        return [
-            replace(self, system=self.system.with_(**layout), places={}) for layout in self.layouts
-        ]
+        """Return the tuning with the system of each layout; none without places."""
+        layouts = self.layouts if self.places else []
+        return [replace(self, system=self.system.with_(**one), places={}) for one in layouts]
 
     @property
     def layouts_in_words(self) -> list[str]:

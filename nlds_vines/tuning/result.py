@@ -22,12 +22,12 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.design_space import Free
 from nlds_vines.tuning.request import STARTS, TONE, Tuning, load_tuning
 
-HOW = ("detuning", "random_start", "stretch")
+HOW = ("layout", "detuning", "random_start", "stretch")
 """The columns of a trial after its free parameters [SI].
 
-detuning: a factor on omega; under a load, on the structure's natural frequency.  random_start: 0
-for rest, i for the i-th random start.  stretch: a factor on the periods discarded and sampled;
-under a load, on the load."""
+layout: its number in `Tuning.layouts`.  detuning: a factor on omega; under a load, on the
+structure's natural frequency.  random_start: 0 for rest, i for the i-th random start.  stretch: a
+factor on the periods discarded and sampled; under a load, on the load."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
 """The results of a trial: the objective, infinite for an inadmissible design; E2max [J], status and

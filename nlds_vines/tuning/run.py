@@ -64,32 +64,26 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
                 min(_search(tuning, log, seed, layout) for layout in layouts)
                 for seed in search.all_seeds
             ]
-            points, values, rows = log.designs()
-            placed = log.columns()["layout"][rows].astype(int)
-            chosen = _distinct(tuning, points, values, search.within, placed)
-            best, judged = points[chosen], {"search_best": np.array(spread)}
-            placed = placed[chosen]
-            tested = [
-                log.evaluate(perturbed(tuning, point), "robustness", search.seed, layout)
-                for point, layout in zip(best, placed, strict=True)
-            ]
+            designs, values, rows = log.designs()
+            chosen = _distinct(tuning, designs, values, search.within)
+            best, judged = designs[chosen], {"search_best": np.array(spread)}
+            tested = [log.evaluate(perturbed(tuning, d), "robustness", search.seed) for d in best]
             judged["robustness"] = np.array(tested)
             if chosen.size and tuning.surface is not None:
                 (first, across), (second, up) = tuning.surface_values().items()
-                points = np.tile(best[0], (up.size, 1))
-                points[:, tuning.names.index(second)] = up
+                trials = np.tile(best[0], (up.size, 1))
+                trials[:, tuning.names.index(second)] = up
                 rows_of_surface = []
                 for value in across:
-                    points[:, tuning.names.index(first)] = value
-                    trials = at_rest(points)
-                    objectives = log.evaluate(trials, "surface", search.seed, placed[0])
+                    trials[:, tuning.names.index(first)] = value
+                    objectives = log.evaluate(trials.copy(), "surface", search.seed)
                     rows_of_surface.append(objectives)
                 judged["surface"] = np.array(rows_of_surface)
             columns, finer = log.columns(), over_finer_bands(tuning)
             if finer is not None:
-                judged["optimum_finer"] = log.judged(finer, best, placed)
+                judged["optimum_finer"] = log.judged(finer, best)
             if tuning.draws:
-                judged["optimum_fresh"] = log.judged(tuning, best, placed, fresh=True)
+                judged["optimum_fresh"] = log.judged(tuning, best, fresh=True)
         derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
         free = (*tuning.names, *derived)  # the archive has no single value of a free parameter
         dims = scales(tuning, len(columns["objective"]), chosen.size)
@@ -104,7 +98,7 @@ def _search(tuning: Tuning, log: Log, seed: int, layout: int) -> float:
 
     def evaluate(stage: str) -> Evaluate:
         def objective(units: np.ndarray) -> np.ndarray:
-            return log.evaluate(at_rest(values_of(tuning.free, units)), stage, seed, layout)
+            return log.evaluate(at_rest(values_of(tuning.free, units), layout), stage, seed)
 
         return objective
 
@@ -113,28 +107,18 @@ def _search(tuning: Tuning, log: Log, seed: int, layout: int) -> float:
     if first is not None:
         first = np.clip(units_of(tuning.free, first[np.newaxis, :])[0], 0.0, 1.0)
     search_globally(evaluate("global"), len(tuning.free), search, seed, first)
-    points, values, _ = log.designs(seed, layout)
-    for i in _distinct(tuning, points, values, PROMISING):
-        start = units_of(tuning.free, points[i : i + 1])[0]
+    designs, values, _ = log.designs(seed, layout)
+    for i in _distinct(tuning, designs, values, PROMISING):
+        start = units_of(tuning.free, designs[i : i + 1])[0]
         polish(evaluate("polish"), np.clip(start, 0.0, 1.0), search.polish)
     return float(log.designs(seed, layout)[1].min(initial=np.inf))
 
 
-def _distinct(
-    tuning: Tuning,
-    points: np.ndarray,
-    values: np.ndarray,
-    within: float,
-    placed: np.ndarray | None = None,
-) -> np.ndarray:
-    """Return the indices of good designs that differ in parameters that enter the dynamics.
-
-    Those of different layouts, `placed`, lie apart.
-    """
+def _distinct(tuning: Tuning, designs: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
+    """Return the indices of good designs that differ in their layout or in the dynamics."""
     active = [i for i, item in enumerate(tuning.free) if not item.inert]
-    units = units_of(tuning.free, points)[:, active]
-    if placed is not None:
-        units = np.column_stack([units, placed])
+    layouts = designs[:, len(tuning.free) + HOW.index("layout")]
+    units = np.column_stack([units_of(tuning.free, designs)[:, active], layouts])
     return distinct(units, values, within, tuning.search.apart, tuning.search.optima)
 
 
@@ -241,9 +225,9 @@ def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
 # ---- objectives of designs -----------------------------------------------------------------------
 
 
-def at_rest(points: np.ndarray) -> np.ndarray:
+def at_rest(points: np.ndarray, layout: int = 0) -> np.ndarray:
     """Return trials of designs (n, parameters) [SI] without a perturbation, one a row."""
-    return np.column_stack([points, np.tile([1.0, 0.0, 1.0], (len(points), 1))])
+    return np.column_stack([points, np.tile([layout, 1.0, 0.0, 1.0], (len(points), 1))])
 
 
 class Objective:
@@ -251,6 +235,7 @@ class Objective:
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
         self._tuning, self._tell = tuning, tell
+        self._placed = [Objective(one, tell, fresh=fresh) for one in tuning.with_layouts()]
         self._cases = tuning.cases()
         draws, seed = tuning.draws, tuning.search.seed
         if fresh:
@@ -270,8 +255,11 @@ class Objective:
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, size))
 
     def results(self, trials: np.ndarray) -> np.ndarray:
-        """Return the results (n, columns) of trials (n, parameters + 3), as in `results_of`."""
-        tuning, grid = self._tuning, self._grid(trials)
+        """Return the results (n, columns) of trials (n, parameters + 4), as in `results_of`."""
+        tuning = self._tuning
+        if self._placed:  # the trials of one call have one layout
+            return self._placed[int(trials[0, len(tuning.free)])].results(trials)
+        grid = self._grid(trials)
         if self._batch is None:
             values = worst(outcome_under(tuning, grid, self._tell))
             return over_draws(values, tuning.search.quantile, tuning.quantile)
@@ -295,7 +283,7 @@ class Objective:
         """Return the parameters of every orbit (trials, draws, cases); draw 0 is nominal."""
         tuning, grid = self._tuning, dict(self._cases)
         shape = len(trials), len(self._places), tuning.case_count
-        *points, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
+        *points, _, factor, _, stretch = trials.T[..., np.newaxis, np.newaxis]
         grid |= dict(zip(tuning.names, points, strict=True))
         for i, one in enumerate(tuning.uncertain):
             nominal = grid.get(one.name, np.asarray(tuning.value(one.name)))
@@ -377,15 +365,15 @@ class Log:
     def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
         self.tuning = tuning
         self.replayed = 0  # evaluations that an earlier run has saved
-        self._objectives = [Objective(one, progress.wait) for one in tuning.with_layouts()]
+        self._objective = Objective(tuning, progress.wait)
         self._store, self._progress, self._calls = store, progress, 0
         self._blocks: list[np.ndarray] = []
         self._best = np.inf
 
-    def evaluate(self, trials: np.ndarray, stage: str, seed: int, layout: int = 0) -> np.ndarray:
+    def evaluate(self, trials: np.ndarray, stage: str, seed: int) -> np.ndarray:
         """Return the objective (n,) of each trial, infinite for an inadmissible design."""
-        results = self._results(self._objectives[layout], trials)
-        marks = np.tile([STAGES[stage], seed, layout], (len(results), 1))
+        results = self._results(self._objective, trials)
+        marks = np.tile([STAGES[stage], seed], (len(results), 1))
         self._blocks.append(np.column_stack([trials, results, marks]))
         objectives, unit = results[:, 0], self.tuning.unit
         if stage in ("global", "polish"):
@@ -393,19 +381,10 @@ class Log:
         self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} {unit}")
         return objectives
 
-    def judged(
-        self, tuning: Tuning, points: np.ndarray, placed: np.ndarray, *, fresh: bool = False
-    ) -> np.ndarray:
+    def judged(self, tuning: Tuning, designs: np.ndarray, *, fresh: bool = False) -> np.ndarray:
         """Return objectives (n,) by another tuning, or by `fresh` draws, which are not logged."""
-        objectives = [
-            Objective(one, self._progress.wait, fresh=fresh) for one in tuning.with_layouts()
-        ]
-        return np.array(
-            [
-                self._results(objectives[layout], at_rest(one))[0, 0]
-                for one, layout in zip(points[:, None], placed, strict=True)
-            ]
-        )
+        objective = Objective(tuning, self._progress.wait, fresh=fresh)
+        return np.array([self._results(objective, one)[0, 0] for one in designs[:, None]])
 
     def _results(self, objective: Objective, trials: np.ndarray) -> np.ndarray:
         check()
@@ -422,27 +401,27 @@ class Log:
         return block["found"]
 
     def columns(self) -> dict[str, np.ndarray]:
-        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed", "layout")
+        names = (*self.tuning.names, *HOW, *results_of(self.tuning), "stage", "seed")
         table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
         return dict(zip(names, table.T, strict=True))
 
     def designs(
         self, seed: int | None = None, layout: int = 0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return points [SI], objectives and rows in the log of the designs of a search, or all."""
+        """Return designs as trials, objectives and rows in the log, of a search or of all."""
         columns = self.columns()
         wanted = columns["stage"] <= STAGES["polish"]
         if seed is not None:
             wanted &= (columns["seed"] == seed) & (columns["layout"] == layout)
         rows = np.flatnonzero(wanted)
-        points = np.column_stack([columns[name][rows] for name in self.tuning.names])
-        return points, columns["objective"][rows], rows
+        designs = np.column_stack([columns[name][rows] for name in (*self.tuning.names, *HOW)])
+        return designs, columns["objective"][rows], rows
 
 
-def perturbed(tuning: Tuning, point: np.ndarray) -> np.ndarray:
-    """Return the trials of a design [SI] under each perturbation; a band is shifted as a whole."""
+def perturbed(tuning: Tuning, design: np.ndarray) -> np.ndarray:
+    """Return the trials of a design under each perturbation; a band is shifted as a whole."""
     every, columns = perturbations(tuning), (*tuning.names, *HOW)
-    trials = at_rest(np.tile(point, (len(every), 1)))
+    trials = np.tile(design, (len(every), 1))
     for trial, one in zip(trials, every, strict=True):
         place = columns.index(one.column)
         trial[place] = one.value if one.column == "random_start" else trial[place] * one.value

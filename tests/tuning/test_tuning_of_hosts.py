@@ -79,7 +79,7 @@ def test_designs_of_a_host_of_one_degree_of_freedom_are_those_of_its_kind(object
         }  # fmt: skip
         tuning = load_tuning(system, changes)
         trials = at_rest(np.array([[640.0, 81.0], [1500.0, 60.0]]))
-        trials[1, 2] = 1.01  # detuned
+        trials[1, 3] = 1.01  # detuned
         both.append(Objective(tuning).results(trials))
     assert both[1] == pytest.approx(both[0], rel=1e-8)
 

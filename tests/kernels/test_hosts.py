@@ -397,3 +397,20 @@ def of(*dampers, host=FRAME, **load):
 def test_wrong_requests_are_refused(call, message):
     with pytest.raises(nv.RequestError, match=message):
         call()
+
+
+@pytest.mark.parametrize(
+    "law",
+    [{"K": 1e4}, {"law": "linear", "kc": 1e3}, {"law": "linear", "kc": 1e3, "cc": 10.0},
+     {"law": "restitution", "e": 0.0}],
+)  # fmt: skip
+@pytest.mark.parametrize("dof", ["a", "b"])
+def test_a_mass_that_rests_on_its_wall_moves_as_from_a_tiny_gap(law, dof):
+    """Where the force acts elsewhere, r begins with the fourth power of the time."""
+    host = nv.chain([1.0, 0.3], [4.0, 2.0], dofs=["a", "b"])
+    states = []
+    for gap in (0.0, 1e-11):
+        stop = nv.Damper("stop", ("b", "ground"), walls=[nv.Wall(gap, **law)])
+        system = nv.System.from_host(host, [stop], force={dof: 1.0}, omega=1.3)
+        states.append(nv.simulate(system, 1, quiet=True).state)
+    assert states[0] == pytest.approx(states[1], abs=1e-7)

@@ -24,6 +24,7 @@ from ..numerics.elementary import cos_sin_of_turn, hypotenuse
 from .body import accelerate
 
 MOST_HALVINGS = 14
+CANCELED = 1.0e-15  # a sum over modes, relative to the sum of their moduli, that is round-off
 
 
 class HostGrid(NamedTuple):
@@ -219,11 +220,15 @@ def host_grid(body, stops):
                 polynomials[(link * (ORDER + 1) + k) * (N + D) + j] = per * power[j]
             if k == 4:
                 fourth_row = power.copy()
-            following = np.zeros(N + D)
+            following, sizes = np.zeros(N + D), np.zeros(N + D)
             for i in range(N + D):
                 if power[i] != 0.0:
                     for j in range(N + D):
                         following[j] += power[i] * a[i, j]
+                        sizes[j] += abs(power[i] * a[i, j])
+            for j in range(N + D):  # a force elsewhere does not accelerate r: its modes cancel
+                if abs(following[j]) <= CANCELED * sizes[j]:
+                    following[j] = 0.0
             power = following
             per *= h / (k + 1.0)
         # |r''''| by the norms of pairs at the beginning of a coarse cell

@@ -227,7 +227,8 @@ def start_of(walls, wall, external, depth):
     if law == IS_POWER:
         result = begin_at(wall_of(laws.power, walls, wall), external, depth)
     if law in (IS_SPRING, IS_PULLING):
-        result = 0.0, depth
+        kappa = walls.constants[wall].kc * walls.inverse[wall]
+        result = FAINT * external / kappa, depth
     return result
 
 

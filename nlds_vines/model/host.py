@@ -132,11 +132,7 @@ class Host(Outlined):
             raise RequestError(f"influence has {moved.size} values for {n} degrees of freedom")
         self._shake(moved)
         self.note, self.is_plain = "", True
-        self.ratio = (
-            None
-            if ratio is None
-            else _vector("ratio", ratio if np.ndim(ratio) else [ratio], least=0.0)
-        )
+        self.ratio = None if ratio is None else _vector("ratio", _repeated(ratio, 1), least=0.0)
         if rayleigh is not None:
             values = _vector("rayleigh", rayleigh, least=0.0)
             if values.size != 2:
@@ -255,9 +251,9 @@ class Host(Outlined):
         >>> nv.Host.from_modes(modes).dofs
         ('tip', 'middle')
         """
-        if not modes:
+        if not _sequence("modes", modes):
             raise RequestError("modes = [] has no mode; give at least one")
-        names = dict.fromkeys(dofs)
+        names = dict.fromkeys(check_name("dofs", name) for name in _sequence("dofs", dofs))
         rows = []
         for i, mode in enumerate(modes):
             with at(f"mode {i + 1}"):
@@ -473,7 +469,7 @@ class Host(Outlined):
             if keep == 0:
                 lowest = f"{self.frequencies[0]:.4g} rad/s"
                 raise RequestError(f"below = {limit:g} leaves no mode: the lowest has {lowest}")
-        count = whole("keep", keep, 1, n)
+        count, statics = whole("keep", keep, 1, n), _sequence("statics", statics)
         squares, vectors = (
             _modes(self.K, self.M, count)
             if scipy.sparse.issparse(self.M)
@@ -603,7 +599,7 @@ def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options
     >>> frame.dofs, (frame.frequencies / 6.2831853).round(2)
     (('floor1', 'floor2', 'roof'), array([2.  , 5.61, 8.11]))
     """
-    floors = [f"floor{i + 1}" for i in range(np.size(masses) - 1)]
+    floors = [f"floor{i + 1}" for i in range(_vector("masses", masses).size - 1)]
     return chain(masses, stiffnesses, **{"dofs": [*floors, "roof"], **options})
 
 
@@ -649,12 +645,15 @@ def chain(
     """
     m, k = _vector("masses", masses), _vector("springs", springs, least=0.0)
     n = m.size
+    held = _vector("grounds", _repeated(grounds, n), least=0.0)
+    if held.size != n:
+        raise RequestError(f"{held.size} grounds do not fit {n} masses")
     if k.size not in ((n,) if cyclic else (n, n + 1)):
         raise RequestError(f"{k.size} springs do not fit {n} masses")
     left = np.append(k, np.zeros(n + 1 - k.size))
     if cyclic:
         left[n] = k[0]
-    K = np.diag(left[:n] + left[1:] + _vector("grounds", np.broadcast_to(grounds, n), least=0.0))
+    K = np.diag(left[:n] + left[1:] + held)
     for i in range(0 if cyclic else 1, n):
         K[i, i - 1] -= k[i]
         K[i - 1, i] -= k[i]
@@ -793,6 +792,8 @@ def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
             raise RequestError(f"{name} is missing beside {source}")
     if source == "M":
         return Host(**matrices, **options)
+    for name in ("K", "shape"):
+        _sequence(name, entry[name])
     shape, inertia = _rows("shape", entry["shape"]), _vector("inertia", entry["inertia"])
     moved = _vector("influence", entry.get("influence", np.ones(len(shape))))
     host = Host(np.eye(len(matrices["K"])), **matrices, ratio=entry.get("ratio"))
@@ -834,9 +835,10 @@ def _rows(name: str, value: Any) -> Any:
     """Return a matrix of a file: rows, a diagonal, or a path."""
     if isinstance(value, str):
         return value
+    _sequence(name, value)
     try:
         matrix = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise RequestError(f"{name} = {shown(value)} must be rows of numbers") from None
     return np.diag(matrix) if matrix.ndim == 1 else matrix
 
@@ -879,7 +881,7 @@ def _matrix(name: str, value: Any) -> Any:
     if not scipy.sparse.issparse(value):
         try:
             value = np.array(value, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise RequestError(f"{name} = {shown(value)} must be a matrix of numbers") from None
     if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
         raise RequestError(f"{name} has the shape {value.shape}; it must be square")
@@ -901,16 +903,28 @@ def _matrix(name: str, value: Any) -> Any:
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
     try:
         vector = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise RequestError(f"{name} = {shown(value)} must be numbers") from None
-    if vector.ndim != 1 or not np.isfinite(vector).all() or (vector < least).any():
+    is_sound = vector.ndim == 1 and vector.size > 0 and np.isfinite(vector).all()
+    if not is_sound or (vector < least).any():
         bound = "" if least == -np.inf else f" >= {least:g}"
         raise RequestError(f"{name} = {shown(value)} must be finite numbers{bound}")
     return vector
 
 
+def _sequence(name: str, values: Any) -> tuple[Any, ...]:
+    if isinstance(values, str) or not isinstance(values, Sequence):
+        raise RequestError(f"{name} = {shown(values)} must be a list")
+    return tuple(values)
+
+
+def _repeated(value: Any, count: int) -> Any:
+    """Return several numbers as they are, one number `count` times."""
+    return value if isinstance(value, Sequence | np.ndarray) else [value] * count
+
+
 def _names(dofs: Sequence[str], count: int) -> tuple[str, ...]:
-    names = tuple(dofs) or tuple(f"x{i + 1}" for i in range(count))
+    names = _sequence("dofs", dofs) or tuple(f"x{i + 1}" for i in range(count))
     for name in names:
         check_name("dofs", name)
         if name in ("ground", "mass"):

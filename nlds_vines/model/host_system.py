@@ -162,7 +162,8 @@ class Damper:
             raise RequestError(f"name = {shown(self.name)} has another meaning: take another one")
         with at(f"damper {self.name!r}"):
             has_mass, ends = isinstance(self.attached_to, str), self.attached_to
-            if not has_mass and not (isinstance(ends, Sequence) and len(ends) == 2):
+            is_pair = isinstance(ends, list | tuple) and [*map(type, ends)] == [str, str]
+            if not (has_mass or is_pair):
                 raise RequestError(
                     f"attached_to = {shown(self.attached_to)} must be a degree of freedom or two"
                 )
@@ -722,7 +723,7 @@ def host_system_from(
         rate = number("f", drive["f"]) * (2 * pi) if "f" in drive else drive["omega"]
         forced = drive.get("at")
     used = [end for damper in dampers for end in _ends(damper) if end != GROUND]
-    used += [dof for dof in forced or () if isinstance(forced, Mapping)]
+    used += forced if isinstance(forced, Mapping) else []
     with at("[system.host]"):
         host = host_from(table("host", entry.get("host", {})), [*dict.fromkeys(used)])
     system = system_from_host(host, dampers, forced, drive.get("base"), rate)

@@ -1,5 +1,7 @@
 """Systems of hosts in request files: exact copies, every way to state a host, refusals."""
 
+import copy
+import functools
 import math
 import pickle
 import re
@@ -180,24 +182,34 @@ def test_a_wrong_file_is_refused_in_one_line_with_the_place(tmp_path, old, new, 
     assert "\n" not in str(error.value)
 
 
-EXACT = {"K": [4.0], "shape": [[1.0], [2.0]], "inertia": [1.0], "dofs": ["a", "b"]}
+MODES = {
+    "kind": "host", "force": {"base": {"influence": "all", "acceleration": 1.0}, "omega": 2.0},
+    "host": {"K": [4.0, 5.0], "ratio": [0.1], "shape": [[1.0, 0.5], [2.0, 1.0]], "note": "n",
+             "inertia": [1.0, 1.0], "dofs": ["a", "b"], "influence": [1.0, 0.0]},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"inertia": None}, "inertia is missing beside shape"),
-        ({"inertia": [1.0, 2.0]}, "do not fit 1 modes"),
-        ({"shape": [["x"]]}, "must be rows of numbers"),
-        ({"influence": [1.0]}, r"influence \(1\) do not fit 1 modes"),
-        ({"dofs": ["a"]}, "must be 2 different names"),
-        ({"keep": 1}, "unknown key 'keep'"),
-    ],
-)
-def test_wrong_modes_are_refused(changes, message):
-    table = {key: v for key, v in {**EXACT, **changes}.items() if v is not None}
-    with pytest.raises(nv.RequestError, match=message):
-        host_from(table)
+def places_in(table, path=()):
+    """Yield the places of all values in nested tables and lists."""
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        yield (*path, key)
+        if isinstance(value, dict | list):
+            yield from places_in(value, (*path, key))
+
+
+@pytest.mark.parametrize("table", [tomllib.loads(FILE)["system"], MODES])
+def test_no_value_in_a_file_raises_anything_but_one_line(table):
+    messages = []
+    for *path, last in [*places_in(table)]:
+        for value in (-1, "x", [], {}, True, math.nan, [[1]], ["a", []], {"a": 1}, 10**400):
+            changed = copy.deepcopy(table)
+            functools.reduce(lambda part, key: part[key], path, changed)[last] = value
+            try:
+                any_system_from(any_system_from(changed).to_table())
+            except nv.RequestError as error:
+                messages.append(str(error))
+    assert len(messages) > 200
+    assert "\n" not in "".join(messages)
 
 
 @pytest.mark.parametrize(

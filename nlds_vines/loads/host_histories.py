@@ -63,14 +63,14 @@ def has_displacement(system: HostSystem, name: str) -> bool:
 
 
 def names_of_numbers(request: HistoryRequest) -> dict[str, tuple[str, int | None]]:
-    """Return the datasets and the places in them of all quantities: x_max.roof ..., by name."""
+    """Return the datasets and the places in them of all quantities: roof.x_max ..., by name."""
     owners = {"displacement": displacements_of(request), "damper": dampers_of(request)}
     names: dict[str, tuple[str, int | None]] = {}
     for entry in OF_HOSTS:
         if not entry.dims:
             names[entry.name] = entry.name, None
         for place, owner in enumerate(owners[entry.dims[0]] if entry.dims else ()):
-            names[f"{entry.name}.{owner}"] = entry.name, place
+            names[f"{owner}.{entry.name}"] = entry.name, place
     return names
 
 

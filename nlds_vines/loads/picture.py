@@ -107,7 +107,7 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
         return {
             "energy": "energy of the host over time",
             **{
-                f"{name}.{owner}": f"{words} of {owner} over time"
+                f"{owner}.{name}": f"{words} of {owner} over time"
                 for name, (dims, _, words) in HOST_HISTORIES.items()
                 for owner in (owners[dims[0]] if dims else ())
             },
@@ -137,7 +137,7 @@ def usual(view: ArchiveView) -> list[str]:
         name = next(changing, names[0])
         return [name] if request.sampled is None else [f"{name}:{EXCEEDANCE}", name]
     if request.has_hosts:
-        return [next(name for name in names if name.startswith("x.")), "energy"]
+        return [next(name for name in names if name.endswith(".x")), "energy"]
     return ["sweep"] if "sweep" in names else ["energy", "shares"]
 
 
@@ -204,7 +204,7 @@ def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) ->
 
 
 def _is_over_time(name: str) -> bool:
-    return name in _OVER_TIME or name.partition(".")[0] in HOST_HISTORIES
+    return name in _OVER_TIME or name.rpartition(".")[2] in HOST_HISTORIES
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
@@ -251,7 +251,7 @@ def _motion(axes: Axes, histories: ResponseHistories) -> None:
 
 def _history(axes: Axes, histories: ResponseHistories, name: str) -> None:
     """Draw a history of a row or of a damper of hosts."""
-    kind, _, owner = name.partition(".")
+    owner, _, kind = name.rpartition(".")
     _, unit, words = HOST_HISTORIES[kind]
     for _, history, look in _each(histories):
         values = getattr(history, kind)[owner]

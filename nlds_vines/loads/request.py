@@ -179,7 +179,7 @@ class HistoryRequest(Request):
             self.systems[-1].displacement(name)
         for system in self.systems:
             if isinstance(system, HostSystem):
-                self._check_host(system, parameters)
+                self.check_host(system, parameters)
                 continue
             refuse_twice(system.scene, parameters)
             refuse_without_effect(system.scene, self.load, parameters)
@@ -206,7 +206,7 @@ class HistoryRequest(Request):
                     f"state = {list(self.state)} of {system.name} must be {components}"
                 )
 
-    def _check_host(self, system: HostSystem, names: Collection[str]) -> None:
+    def check_host(self, system: HostSystem, names: Collection[str]) -> None:
         """Refuse names that mean nothing under a load, and displacements that do not exist."""
         for name in names:
             if name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}."):

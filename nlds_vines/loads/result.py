@@ -113,7 +113,7 @@ class HostHistory(Outlined):
     E2, stroke : mapping of str to (n,) ndarray
         By damper, the energy of its mass [J] and the displacement r of its spring [m].
     numbers : mapping of str to float
-        The quantities of the response by name: E1max, last_50, x_max.roof, impact_count.cell ...
+        The quantities of the response by name: E1max, last_50, roof.x_max, cell.impact_count ...
     impacts : mapping of str to (impacts,) ndarray
         Columns of the impacts in the order of touches: times `touch` and `release` [s], approach
         `speed` [m/s], largest `force` [N] and `depth` [m], the `damper`, the side of its `wall`.
@@ -224,7 +224,7 @@ class ResponseHistories(Drawable):
         alone, names = next((s.name for s in self.request.systems if is_alone(s)), None), PEAKS
         if self.request.has_hosts:
             numbers = next(iter(self.results.values())).numbers
-            names = tuple(name for name in numbers if name.partition(".")[0] in HOST_PEAKS)
+            names = tuple(name for name in numbers if name.rpartition(".")[2] in HOST_PEAKS)
         peaks = []
         for name in names:
             base = self.results[alone].numbers[name] if alone else math.nan
@@ -293,8 +293,10 @@ class ResponseHistories(Drawable):
                 for share, time in zip(SHARES[::-1], history.last[::-1], strict=True)
             )
             if self.request.has_hosts:
-                counts = {n: c for n, c in history.numbers.items() if n.startswith("impact_count.")}
-                struck = [f"{c:.0f} of {n.partition('.')[2]}" for n, c in counts.items() if c >= 0]
+                counts = ((n.rpartition("."), c) for n, c in history.numbers.items())
+                struck = [
+                    f"{c:.0f} of {n[0]}" for n, c in counts if n[2] == "impact_count" if c >= 0
+                ]
                 impacts = f"; impacts: {', '.join(struck)}" if struck else ""
                 yield f"{damper}: E1 above {last}{impacts}"
                 continue

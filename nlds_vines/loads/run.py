@@ -20,10 +20,12 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
 from nlds_vines.loads.host_histories import contents_of_hosts
-from nlds_vines.loads.host_run import arrays_of_hosts
+from nlds_vines.loads.host_run import arrays_of_hosts, numbers_of_hosts
 from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
 from nlds_vines.loads.result import HISTORIES
 from nlds_vines.model.axis import SAMPLE, sample_scale
+from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.scenes import Scene
@@ -118,7 +120,7 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
 
 
 def numbers_of(
-    request: HistoryRequest, system: System, values: Mapping[str, np.ndarray], tell: Tell | None
+    request: HistoryRequest, system: AnySystem, values: Mapping[str, np.ndarray], tell: Tell | None
 ) -> Arrays:
     """Return the quantities (n,) of a system under the load by name, and histories without axes.
 
@@ -126,6 +128,8 @@ def numbers_of(
     `draw`, by which the seeds of its noise advance.  Beside the quantities of `OF_LOADS` there are
     `status` and the `violations` of the scene's limit.
     """
+    if isinstance(system, HostSystem):
+        return numbers_of_hosts(request, system, values, tell)
     grid = {name: column for name, column in values.items() if has(system, name)}
     of_load = {name: v.tolist() for name, v in values.items() if is_of_load(name) or name == "draw"}
     each, loads = [], dict[tuple[float, ...], Loading]()

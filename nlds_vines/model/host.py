@@ -817,6 +817,15 @@ def table_of(host: Host) -> dict[str, Any]:
     return values
 
 
+def with_stiffness(host: Host, factor: float) -> Host:
+    """Return a host with `factor` times the stiffness, and the same damping ratios or C."""
+    host = copy.copy(host)
+    host.K = host.K * factor
+    if not scipy.sparse.issparse(host.M):
+        host._complete()
+    return host
+
+
 def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
     """Return a host whose degrees of freedom move by `influence` when the ground moves by 1."""
     table("influence", influence, host.dofs)

@@ -543,11 +543,11 @@ OF_HOSTS = (
     )),
     *(replace(OF_LOADS_BY_NAME[name], dims=("damper",)) for name in _BY_DAMPER),
 )  # fmt: skip
-"""The quantities of hosts under a load; those of rows and dampers are x_max.roof, E2max.cell."""
+"""The quantities of hosts under a load; those of rows and dampers are roof.x_max, cell.E2max."""
 
 
 def of_load(name: str) -> Quantity:
     """Return a quantity of `OF_LOADS`, or of `OF_HOSTS` by the name of a row or a damper."""
-    plain, dot, owner = name.partition(".")
+    owner, dot, plain = name.rpartition(".")
     entry = next(q for q in (*OF_HOSTS, *OF_LOADS) if q.name == plain and bool(q.dims) == bool(dot))
     return replace(entry, label=f"{entry.label} of {owner}") if dot else entry

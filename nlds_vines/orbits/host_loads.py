@@ -32,23 +32,27 @@ class LoadedOrbit(NamedTuple):
     records: Any  # `HostRecords`: largest energies and the response of displacements
 
 
-def cells_of(
-    system: HostSystem, load: Loading, duration: float, marks: np.ndarray
-) -> tuple[Cells, int]:
-    """Return a load on a host in cells, with edges at `marks` [s], and its number of drives.
+def longest_cell(system: HostSystem, duration: float) -> float:
+    """Return the longest cell of a load on a host [s].
 
-    A cell has at most `REACH` at the rate of the second slowest motion; the kernels halve it for
-    faster ones.
+    It is `REACH` at the rate of the second slowest motion; the kernels halve it for faster ones.
     """
     own = [damper.k / damper.m for damper in system.dampers if damper.m]
     rates = np.sort(np.concatenate([system.host.frequencies[:2], np.sqrt(own)]))
     rates = rates[rates > 0.0]
-    reach = duration
-    if rates.size:
-        # rounded down by up to an eighth: eigenvalues by LAPACK differ in their last bits
-        mantissa, exponent = np.frexp(REACH / min(rates[min(1, rates.size - 1)], 2.0 * rates[0]))
-        reach = float(np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent))
-    cells = load.cells(Struck(1.0), duration, reach, marks)
+    if not rates.size:
+        return duration
+    # rounded down by up to an eighth: eigenvalues by LAPACK differ in their last bits, and many
+    # systems share their loads
+    mantissa, exponent = np.frexp(REACH / min(rates[min(1, rates.size - 1)], 2.0 * rates[0]))
+    return float(np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent))
+
+
+def cells_of(
+    load: Loading, duration: float, longest: float, marks: np.ndarray
+) -> tuple[Cells, int]:
+    """Return a load in cells, with edges at `marks` [s], and the number of its drives."""
+    cells = load.cells(Struck(1.0), duration, longest, marks)
     sizes = np.abs(cells.rows).max(axis=0)
     degree = int(np.flatnonzero(sizes > NEGLIGIBLE * sizes.max())[-1]) if sizes.any() else 0
     return cells, max(2, 2 * (degree // 2 + 1))

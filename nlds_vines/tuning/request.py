@@ -15,9 +15,11 @@ import numpy as np
 
 from nlds_vines.archives.provenance import TUNING, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, string
+from nlds_vines.loads.host_histories import names_of_numbers
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
+    natural_period,
     refuse_load_in_set,
     refuse_without_effect,
 )
@@ -33,7 +35,7 @@ from nlds_vines.model.parameters import (
     setting_in_words,
     symbol_of,
 )
-from nlds_vines.model.quantities import BY_NAME, OF_LOADS, OF_LOADS_BY_NAME, stored_in
+from nlds_vines.model.quantities import BY_NAME, OF_LOADS, of_load, stored_in
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -238,7 +240,7 @@ class Tuning(Request):
         system = self.system.with_axes([*over, *self.names])
         object.__setattr__(self, "system", system)
         if self.history is not None:
-            systems = (without_hosts(system),)
+            systems = (system,)
             object.__setattr__(self, "history", replace(self.history, systems=systems))
         check_settings(self)
         self._check_names()
@@ -264,6 +266,8 @@ class Tuning(Request):
             return host_objectives(self.system, self.search.objective)
         if self.history is None:
             return objectives_of(scene)
+        if isinstance(self.system, HostSystem):
+            return {name: of_load(name).unit for name in names_of_numbers(self.history)}
         # contacts need walls, accelerations and contact forces a law under which impacts take time,
         # impulses one under which they do not, and the drift an acceleration of the ground
         excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
@@ -283,11 +287,11 @@ class Tuning(Request):
     def objective_in_words(self) -> str:
         """The name of the objective and its meaning, with body and frame."""
         name = self.search.objective
-        if name not in (BY_NAME if self.history is None else OF_LOADS_BY_NAME):
+        if self.history is not None:
+            return f"{name}, {of_load(name).words}"
+        if name not in BY_NAME:
             return name
-        if self.history is None:
-            return f"{name}, {BY_NAME[name].words_in(self.system.scene)}"
-        return f"{name}, {OF_LOADS_BY_NAME[name].words}"
+        return f"{name}, {BY_NAME[name].words_in(self.system.scene)}"
 
     @property
     def draws(self) -> int:
@@ -393,7 +397,9 @@ class Tuning(Request):
                 choice("parameter of the surface", name, names)
             if len(set(self.surface.parameters)) != 2:
                 raise RequestError("a surface takes two different parameters")
-        if history is not None:
+        if history is not None and isinstance(self.system, HostSystem):
+            history.check_host(self.system, [n for n in (*over, *uncertain) if not is_of_load(n)])
+        elif history is not None:
             refuse_without_effect(scene, history.load, [*over, *uncertain])
         if search.draws and not (uncertain or (history is not None and history.load.noise)):
             raise RequestError(f"draws = {search.draws}: neither [uncertain] nor noise is given")
@@ -434,7 +440,9 @@ class Tuning(Request):
         if self.history is None:
             return
         with np.errstate(divide="ignore"):
-            period = 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
+            period = natural_period(self.system)
+            if not isinstance(self.system, HostSystem):
+                period = 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
         load = self.history.load
         for axis in self.over:
             if axis.name in of_load:
@@ -660,5 +668,5 @@ def _history(request: Merged, system: AnySystem) -> tuple[HistoryRequest | None,
         return None, {"periods": periods} | request.of(Tuning)
     with at(request.place("load" if request.table("load") else "start")):
         load = Loading(**request.of(Loading))
-        systems = (without_hosts(system),)
+        systems = (system,)
         return HistoryRequest("under a load", systems, load, **request.of(HistoryRequest)), {}

@@ -59,13 +59,13 @@ def test_a_frame_alone_moves_under_an_earthquake_as_by_exponentials(quake):
     assert history.a["roof"][:-1] == pytest.approx(a[places, 2], abs=1e-8)
     assert history.E1[:-1] == pytest.approx(E1[places], abs=1e-6)
     numbers = history.numbers
-    assert numbers["x_max.roof"] == pytest.approx(np.abs(x[:, 2]).max(), rel=1e-5)
-    assert numbers["a_max.roof"] == pytest.approx(np.abs(a[:, 2]).max(), rel=1e-4)
+    assert numbers["roof.x_max"] == pytest.approx(np.abs(x[:, 2]).max(), rel=1e-5)
+    assert numbers["roof.a_max"] == pytest.approx(np.abs(a[:, 2]).max(), rel=1e-4)
     assert numbers["E1max"] == pytest.approx(E1.max(), rel=1e-4)
     above = np.flatnonzero(0.5 * E1.max() < E1)[-1] * STEP / 42
     assert numbers["last_50"] == pytest.approx(above, abs=STEP / 10)
     rms = np.sqrt(np.mean(x[:, 2] ** 2))
-    assert numbers["x_rms.roof"] == pytest.approx(rms, rel=1e-4)
+    assert numbers["roof.x_rms"] == pytest.approx(rms, rel=1e-4)
 
 
 def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(quake):
@@ -75,31 +75,31 @@ def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(q
         system, load={"record": "quake.csv", "scale": 2.0}, duration=6.0, to="q.h5", quiet=True
     )
     alone, both = histories["none"], histories["two cells"]
-    assert both.numbers["impact_count.cell"] > 20 < both.numbers["impact_count.light"]
+    assert both.numbers["cell.impact_count"] > 20 < both.numbers["light.impact_count"]
     touched = both.impacts["damper"]
     for name in ("cell", "light"):
-        assert both.numbers[f"impact_count.{name}"] == np.sum(touched == name)
+        assert both.numbers[f"{name}.impact_count"] == np.sum(touched == name)
         gap = 0.01 if name == "cell" else 0.02
         stroke = both.stroke[name]
-        assert both.numbers[f"stroke_max.{name}"] == pytest.approx(gap, rel=1e-12)
+        assert both.numbers[f"{name}.stroke_max"] == pytest.approx(gap, rel=1e-12)
         assert np.abs(stroke).max() <= gap * (1 + 1e-12)
         signs = np.interp(both.impacts["touch"][touched == name], both.time, stroke) > 0
         assert np.array_equal(np.where(signs, "+", "-"), both.impacts["wall"][touched == name])
-    assert np.isnan(alone.numbers["E2max.cell"])
+    assert np.isnan(alone.numbers["cell.E2max"])
     assert alone.numbers["last_50"] > 0
     assert len(alone.impacts["touch"]) == 0
     peak = next(p for p in histories.comparison() if p.damper == "two cells")
-    assert peak.quantity == "x_max.roof"
+    assert peak.quantity == "roof.x_max"
     assert peak.reduction == pytest.approx(
-        1 - both.numbers["x_max.roof"] / alone.numbers["x_max.roof"]
+        1 - both.numbers["roof.x_max"] / alone.numbers["roof.x_max"]
     )
     again = nv.open_archive("q.h5")
     assert np.array_equal(again["two cells"].x["roof"], both.x["roof"])
     assert again.request.hash == histories.request.hash
     report = "\n".join(again.lines())
     assert "two cells: E1 above" in report
-    assert "x_max.roof [m]" in report
-    again.plot("x.roof,a.roof,stroke.light,energy,peaks")
+    assert "roof.x_max [m]" in report
+    again.plot("roof.x,roof.a,light.stroke,energy,peaks")
 
 
 def test_a_scan_of_loads_on_a_host_has_the_numbers_of_single_histories(quake):
@@ -108,14 +108,14 @@ def test_a_scan_of_loads_on_a_host_has_the_numbers_of_single_histories(quake):
         system, load="quake.csv", duration=6.0, quiet=True,
         vary={name: {"values": values} for name, values in vary.items()},
     )  # fmt: skip
-    assert scan["x_max.roof"].shape == (1, 2, 2)
+    assert scan["roof.x_max"].shape == (1, 2, 2)
     one = nv.response_history(
         system, load={"record": "quake.csv", "scale": 2.0}, set={"cell": {"gap": 0.03}},
         duration=6.0, quiet=True,
     )["host"]  # fmt: skip
     for name, value in one.numbers.items():
         assert scan[name][0, 1, 1] == pytest.approx(value, nan_ok=True), name
-    assert scan["impact_count.cell"][0, 0, 1] > scan["impact_count.cell"][0, 1, 0] > 0
+    assert scan["cell.impact_count"][0, 0, 1] > scan["cell.impact_count"][0, 1, 0] > 0
     scan.plot()
 
 
@@ -164,3 +164,28 @@ def test_wrong_requests_for_hosts_are_refused_in_one_line(source, changes, words
     host = nv.System.from_host(FRAME, [cell()])
     named = [one or host for one in source] if isinstance(source, list) else source or host
     assert words in error_of(nv.load_response_history, named, changes)
+
+
+def test_a_damper_on_a_host_is_tuned_under_an_earthquake(quake):
+    """Its objective, and that with a stiffer host, are those of response histories."""
+    system = nv.System.from_host(FRAME, [cell()])
+    tables = {"load": {"record": "quake.csv"}, "sampling": {"duration": 4.0, "of": ["roof"]}}
+    tuned = nv.tune(
+        {
+            "system": system,
+            **tables,
+            "free": {"cell.gap": {"low": 0.005, "high": 0.05}, "cell.k": {"low": 0.0, "high": 2e5}},
+            "search": {"objective": "roof.x_max", "population": 5, "generations": 1, "polish": 4},
+        },
+        quiet=True,
+    )
+    best = tuned.best
+    at_best = {
+        "set": {"cell": {"gap": best.parameters["cell.gap"], "k": best.parameters["cell.k"]}}
+    }
+    stiff = nv.Host(FRAME.M, FRAME.K * 1.01**2, ratio=0.02, dofs=FRAME.dofs)
+    for name, host in (("none", FRAME), ("natural frequency +1%", stiff)):
+        one = nv.System.from_host(host, [cell()])
+        history = nv.response_history(one, **tables, **at_best, quiet=True)["host"]
+        assert best.robustness[name] == pytest.approx(history.numbers["roof.x_max"], rel=1e-9)
+    assert best.objective == best.robustness["none"]

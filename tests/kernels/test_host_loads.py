@@ -12,7 +12,7 @@ import nlds_vines as nv
 from nlds_vines.model.loads.courses import Rectangular, Tone
 from nlds_vines.model.loads.loading import Blow, Loading
 from nlds_vines.model.loads.record import Record
-from nlds_vines.orbits.host_loads import cells_of, follow_load
+from nlds_vines.orbits.host_loads import cells_of, follow_load, longest_cell
 from nlds_vines.orbits.host_orbits import HostOrbits
 from tests.kernels.test_hosts import matrices_of, random_system
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.kernels
 def orbit_under(system, load, duration, *, marks=(), start=None, tolerance=1e-12):
     on = system.under(load)
     orbits = HostOrbits(on, tolerance)
-    cells = cells_of(system, load, duration, np.array(marks))
+    cells = cells_of(load, duration, longest_cell(system, duration), np.array(marks))
     orbit = follow_load(orbits, cells, orbits.start(start))
     assert orbit.status == 0
     return orbit, cells[0]

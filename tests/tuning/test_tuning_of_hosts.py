@@ -48,7 +48,7 @@ def test_a_file_of_a_tuning_names_dampers_rows_and_places():
         ({"free": FREE, "places": {"c": ["roof"]}}, "unknown parameter 'c.attached_to'"),
         ({"free": FREE, "places": {"a": ["top"]}}, "damper 'a': unknown attached_to 'top'"),
         ({"free": FREE, "places": {"a": "roof"}}, "places of a: 'roof' must be a list of places"),
-        ({"free": FREE, "load": {"impulse": 1.0}}, "kind 'host' is not possible here"),
+        ({"free": FREE, "load": {"impulse": 1.0}}, "on is missing, the degree of freedom"),
     ],
 )  # fmt: skip
 def test_a_wrong_tuning_of_a_host_is_one_line(changes, message, error_of):

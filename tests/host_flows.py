@@ -21,17 +21,17 @@ from nlds_vines.orbits.host_orbits import HostOrbits
 
 @jit(entry=True)
 def follow_flow(body, walls, contacts, impacts, y, sections, tangent, counts):
-    """Fill sections, the tangent and counts over periods; without counts run them in two pieces.
+    """Fill sections, the tangent and counts over periods; without a tangent in two runs.
 
     Returns (status, state, tr A, smallest clearance [m], smallest approach speed [m/s]).
     """
     flow, status = host_flow(body, walls, contacts, impacts, 1)
     state, first = new_host_state(flow), len(sections) // 2
     place_host_state(flow, y, state)
-    if len(counts) == 0:
+    if len(tangent) == 0:
         status = run_on_host(flow, sections, first, state)
         status = max(run_on_host(flow, sections[first:], len(sections) - first, state), status)
-    for p in range(len(sections) if len(counts) > 0 else 0):
+    for p in range(len(sections) if len(tangent) > 0 else 0):
         if status == OK:
             status = advance_host(flow, sections[p : p + 1], 1, tangent, state)
             counts += flow.by_period[0]
@@ -59,8 +59,8 @@ class HostMap:
 
     def __call__(self, y, periods, varied=True):
         N, walls = self.size, self.orbits.walls.number
-        sections, tangent = np.zeros((periods, N)), np.eye(N).ravel()
-        counts = np.zeros(walls if varied else 0, np.int64)
+        sections, tangent = np.zeros((periods, N)), np.eye(N).ravel() if varied else np.zeros(0)
+        counts = np.zeros(walls, np.int64)
         filled, one = np.zeros(1, np.int64), np.full(1, np.inf)
         impacts = Impacts(np.zeros(0), filled, 0, np.zeros(walls, np.int64), one)
         status, state, trace, clearance, slowest = follow_flow(
@@ -68,7 +68,7 @@ class HostMap:
             sections, tangent, counts,
         )  # fmt: skip
         assert status == OK
-        matrix = tangent.reshape(N, N).T
+        matrix = tangent.reshape(-1, N).T
         return Mapped(sections, state, trace, matrix, counts, clearance, slowest)
 
     def scales(self, sections):

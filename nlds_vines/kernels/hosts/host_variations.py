@@ -25,9 +25,21 @@ from ..numerics.fours import from_place
 from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, move, push_link
 from .host_flight import advance
-from .walls import IS_PULLING, IS_RIGID, IS_SPRING, hold, push_all, scratch_of, steepen
+from .walls import (
+    IS_POWER,
+    IS_PULLING,
+    IS_RIGID,
+    IS_SPRING,
+    hold,
+    look,
+    push_all,
+    scratch_of,
+    steepen,
+)
 
-VARIED_S = VARIED + 1  # column of ds of the variation under way; VARIED is that of dr
+# columns of dr and ds of the variation under way, and one with the impulse by dr [N s/m] that the
+# series of a step misses
+VARIED_S, MISSED = VARIED + 1, VARIED + 2
 
 
 class Varied(NamedTuple):
@@ -93,8 +105,17 @@ def vary_step(body, walls, contacts, varied, weights, x):
     active, S, size = contacts.active, varied.series, body.size
     width, (total, far) = 3 * size, weights
     for c in range(active[0]):
+        wall, stiff = active[1 + c], 0.0
+        k = scratch_of(contacts, wall)
         for n in range(HIGHEST):
-            steepen(walls, active[1 + c], scratch_of(contacts, active[1 + c]), n)
+            steepen(walls, wall, k, n)
+            stiff += abs(k[SERIES + COLUMNS * n + STIFF])
+        # from a touch on a force z^n may have no series; z = s t there, and F_z dt = dF / s
+        k[SERIES + MISSED] = 0.0
+        if walls.law[wall] == IS_POWER and stiff == 0.0:
+            s = walls.signs[wall] * along(body, walls.links[wall], contacts.end, 0)[1]
+            seen = look(walls, wall, contacts.q[wall], s, 0.0, body.omega)
+            k[SERIES + MISSED] = contacts.pushes[wall] * seen.force / s if s > 0.0 else 0.0
     for column in range(2 * size):
         y = from_place(varied.rows, 2 * size * column)
         for i in range(2 * size):
@@ -125,6 +146,11 @@ def vary_step(body, walls, contacts, varied, weights, x):
         for n in range(HIGHEST - 1, -1, -1):
             for i in range(2 * size):
                 y[i] = y[i] * x + S[width * n + i]
+        for c in range(active[0]):
+            missed = scratch_of(contacts, active[1 + c])[SERIES + MISSED]
+            if missed > 0.0:
+                r, _ = along(body, walls.links[active[1 + c]], y, 0)
+                push_link(body, walls.links[active[1 + c]], missed * r, y, size)
 
 
 # ---- jumps ---------------------------------------------------------------------------------------

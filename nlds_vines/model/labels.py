@@ -30,30 +30,35 @@ _WORDS = {
 }
 
 # the labels of periodic orbits, as `name_of` writes them
-PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)")
+PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)( \([0-9]+(\+[0-9]+)+\))?")
 TRANSIENT = "transient chaos to "  # begins the label of an orbit with a long chaotic transient
 CHAOS = "chaos"
 UNKNOWN = ("undetermined", "failed", "")  # name no regime: no count of regimes includes them
 
 
-def name_of(period: int, impacts: int) -> str:
-    """Return the paper's name of a periodic regime of period n > 0: `T,1`, `3T,3`."""
-    return f"{'' if period == 1 else period}T,{impacts}"
+def name_of(period: int, impacts: int, *by_damper: int) -> str:
+    """Return the paper's name of a periodic regime of period n > 0: `T,1`, `3T,3`.
+
+    If several dampers share the impacts, that of a host: `2T,3 (2+1)`.
+    """
+    shares = f" ({'+'.join(map(str, by_damper))})" if len(by_damper) > 1 and impacts else ""
+    return f"{'' if period == 1 else period}T,{impacts}{shares}"
 
 
-def label_of(regime: int, period: int, impacts: int) -> str:
+def label_of(regime: int, period: int, impacts: int, *by_damper: int) -> str:
     if regime in _WORDS:
         return _WORDS[regime]
     before = TRANSIENT if regime == FLAGS["transient_chaos"] else ""
-    return before + name_of(period, impacts)
+    return before + name_of(period, impacts, *by_damper)
 
 
-def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
+def labels_of(
+    regime: np.ndarray, period: np.ndarray, impacts: np.ndarray, *by_damper: np.ndarray
+) -> np.ndarray:
     """Return the label of every orbit; `period` is n of nT (0 for none), `impacts` k per nT."""
-    triples, index = np.unique(
-        np.stack([regime, period, impacts], axis=-1).reshape(-1, 3), axis=0, return_inverse=True
-    )
-    names = [label_of(*triple) for triple in triples.tolist()]
+    columns = np.stack([regime, period, impacts, *by_damper], axis=-1)
+    rows, index = np.unique(columns.reshape(-1, columns.shape[-1]), axis=0, return_inverse=True)
+    names = [label_of(*row) for row in rows.tolist()]
     return np.array(names, dtype=object)[index.ravel()].reshape(regime.shape)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.cells.verdict import RESOLVED
 from nlds_vines.kernels.numerics.matrices import LOG, fill_multipliers
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.orbit.repetition import REPEATS, period_of
@@ -235,13 +236,28 @@ def compile_verdict(scene: str, method: str, want: str) -> None:
 # ---- from rows of evidence to datasets ----
 
 
-def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+class Layout(NamedTuple):
+    """The layout of a row of evidence behind its first columns."""
+
+    size: int  # of a state
+    width: int  # numbers of a point and of a column of the monodromy matrix
+    impacts: slice  # those of an nT orbit by wall
+    dampers: tuple[int, ...] = ()  # of each wall, if there are several dampers
+
+
+def layout_of(size: int) -> Layout:
+    """Return the layout of a row of one structure with states of `size` numbers."""
+    return Layout(size, 4, slice(codes.NEAR_IMPACTS, codes.FAR_IMPACTS + 1))
+
+
+def multipliers_of(rows: np.ndarray, size: int, width: int = 4) -> tuple[np.ndarray, np.ndarray]:
     """Return the Floquet multipliers and the logarithms of their moduli, the largest first.
 
     Shapes (..., size, 2), real and imaginary parts, and (..., size), from rows of evidence; NaN for
     orbits without a period.
     """
-    matrices = rows[..., codes.MONODROMY : codes.MONODROMY + 16].reshape(-1, 4, 4)
+    first = codes.EXPONENTS + width
+    matrices = rows[..., first : first + width * width].reshape(-1, width, width)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
     triples = np.full((len(matrices), size, 3), np.nan)
     fill_multipliers(matrices, triples)
@@ -251,7 +267,8 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
 
 def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Return the labels alone, strings in an object array (arguments as of `verdict_arrays`)."""
-    labels: np.ndarray = _regimes_of(status, _without_failed(status, rows), counts)["label"]
+    layout, rows = layout_of(4), _without_failed(status, rows)
+    labels: np.ndarray = _regimes_of(status, rows, counts, layout)["label"]
     return labels
 
 
@@ -263,8 +280,25 @@ def verdict_arrays(
     Arguments: `status` (...); `rows` of evidence (..., LENGTH_OF_ROW); impact `counts` (..., 2) of
     the sampled window; the `cells` (...); the `size` of a state.
     """
-    rows = _without_failed(status, rows)
-    multipliers, logarithms = multipliers_of(rows, size)
+    arrays = evidence_arrays(status, rows, counts, cells["omega"], layout_of(size))
+    y = arrays["orbit_point"]
+    arrays["orbit_point"] = y[..., :size].copy()  # x1, v1, x2, v2
+    if size == 4:
+        arrays["orbit_point"][..., 2] = y[..., 0] - y[..., 2] + cells["rest"]
+        arrays["orbit_point"][..., 3] = y[..., 1] - y[..., 3]
+    return arrays
+
+
+def evidence_arrays(
+    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, omega: np.ndarray, layout: Layout
+) -> dict[str, np.ndarray]:
+    """Return the datasets of verdicts by name, `orbit_point` in the kernels' coordinates.
+
+    Arguments: `status` (...); `rows` of evidence (..., length); impact `counts` (..., walls) of the
+    sampled window; `omega` (...) [rad/s].
+    """
+    rows, (size, width) = _without_failed(status, rows), layout[:2]
+    multipliers, logarithms = multipliers_of(rows, size, width)
     arrays: dict[str, Any] = {one.name: one.from_buffer(rows) for one in stored_in("evidence")}
     arrays["settling"] = np.nan_to_num(arrays["settling"], nan=-1.0).astype(np.int32)
     arrays["multipliers"] = multipliers
@@ -272,15 +306,13 @@ def verdict_arrays(
     # for a monodromy matrix, are in the evidence
     measured = rows[..., codes.EXPONENTS : codes.EXPONENTS + size]
     with np.errstate(all="ignore"):  # failed orbits may have no period
-        nT = rows[..., codes.CYCLE_PERIOD] * (2 * np.pi / cells["omega"])
+        nT = rows[..., codes.CYCLE_PERIOD] * (2 * np.pi / omega)
         of_cycle = logarithms / nT[..., np.newaxis]
-    arrays["exponents"] = np.where(np.isnan(measured), of_cycle, measured)
-    y = rows[..., codes.POINT : codes.POINT + 4]
-    arrays["orbit_point"] = y[..., :size].copy()  # x1, v1, x2, v2
-    if size == 4:
-        arrays["orbit_point"][..., 2] = y[..., 0] - y[..., 2] + cells["rest"]
-        arrays["orbit_point"][..., 3] = y[..., 1] - y[..., 3]
-    return arrays | _regimes_of(status, rows, counts)
+    is_resolved = (logarithms > RESOLVED) & (width > 4)  # one by one among those of a host
+    arrays["exponents"] = np.where(np.isnan(measured) | is_resolved, of_cycle, measured)
+    point = codes.EXPONENTS + width + width * width
+    arrays["orbit_point"] = rows[..., point : point + width]
+    return arrays | _regimes_of(status, rows, counts, layout)
 
 
 def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -291,18 +323,22 @@ def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict[str, np.ndarray]:
+def _regimes_of(
+    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, layout: Layout
+) -> dict[str, np.ndarray]:
     period = rows[..., codes.CYCLE_PERIOD].astype(np.int64)
-    of_cycle = rows[..., codes.NEAR_IMPACTS : codes.FAR_IMPACTS + 1]
+    of_cycle = rows[..., layout.impacts]
     by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
     impacts = by_wall.sum(axis=-1)
+    names = dict.fromkeys(layout.dampers)
+    by_damper = [by_wall[..., np.equal(layout.dampers, name)].sum(axis=-1) for name in names]
     regime = flags_of(status, rows[..., codes.KIND].astype(np.int64))
     return {
         "periodicity": period,
         "impact_count": impacts,
         "impacts_by_wall": by_wall,
         "regime": regime,
-        "label": labels_of(regime, period, impacts),
+        "label": labels_of(regime, period, impacts, *by_damper),
     }
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,11 +15,14 @@ from nlds_vines.errors import choice, whole
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.catalog import as_system
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.catalog import any_system, without_hosts
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, judge_orbit
 from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
@@ -46,18 +50,19 @@ class Regime(Outlined):
 
     Attributes
     ----------
-    system : System
+    system : System or HostSystem
         The system.
     label : str
-        The label of the paper: "T,1", "3T,2", "chaos", "transient chaos to T,0" ...
+        The label of the paper: "T,1", "3T,2", "chaos", "transient chaos to T,0" ...; of a host with
+        several dampers with their shares, "2T,3 (2+1)".
     kind : str
         periodic, quasiperiodic, chaotic, transient_chaos or undetermined.
     period : int
         n of an nT orbit; 0 if it is not periodic.
     impacts : int
         Impacts per nT; of an orbit without a period, those of the sampled window.
-    impacts_by_wall : (int, int)
-        The same at the near and at the far wall.
+    impacts_by_wall : (int, int) or mapping
+        The same at the near and at the far wall; of a host by (damper, side of the wall).
     multipliers : (4,) complex ndarray
         Floquet multipliers of the nT orbit, the largest modulus first; None without a period.
     lyapunov : float
@@ -70,9 +75,11 @@ class Regime(Outlined):
     residual : float
         Closing error of the periodic orbit in the energy norm, relative to the orbit.
     E1max, E2max : float
-        Largest energies [J] of structure and damper in the sampled periods.
+        Largest energies [J] of structure and damper in the sampled periods; E2max of a host has one
+        number for each damper.
     point : (4,) ndarray
-        A section point x1, v1, x2, v2 [m, m/s] of the periodic orbit; None without a period.
+        A section point x1, v1, x2, v2 [m, m/s] of the periodic orbit; None without a period.  That
+        of a host has its `scene.components`, and so many multipliers and exponents.
     state : (4,) ndarray
         `point`, or the state x1, v1, x2, v2 [m, m/s] at the end of the sampled periods.
     clearance : float
@@ -89,19 +96,19 @@ class Regime(Outlined):
         Largest exponent [1/s] before a late settling, and the half width of its interval.
     """
 
-    system: System
+    system: System | HostSystem
     label: str
     kind: str
     period: int
     impacts: int
-    impacts_by_wall: tuple[int, int]
+    impacts_by_wall: tuple[int, int] | Mapping[tuple[str, str], int]
     multipliers: np.ndarray | None
     lyapunov: float
     lyapunov_width: float
     exponents: np.ndarray
     residual: float
     E1max: float
-    E2max: float
+    E2max: float | np.ndarray
     point: np.ndarray | None
     state: np.ndarray
     clearance: float
@@ -176,7 +183,7 @@ class Regime(Outlined):
         >>> bool(abs(spectrum.exponents.sum() - spectrum.divergence) < 1e-9)
         True
         """
-        return lyapunov_spectrum(self.system, self.state, periods, quiet)
+        return lyapunov_spectrum(without_hosts(self.system), self.state, periods, quiet)
 
     @property
     def least_lifetime(self) -> float:
@@ -188,7 +195,7 @@ class Regime(Outlined):
 
 
 def classify(
-    system: System | str | os.PathLike[str],
+    system: System | HostSystem | str | os.PathLike[str],
     *,
     start: Sequence[float] | np.ndarray | None = None,
     transient: int = 600,
@@ -203,10 +210,11 @@ def classify(
 
     Parameters
     ----------
-    system : System, str or path-like
+    system : System, HostSystem, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     start : (4,) array_like, optional
-        The state x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1.
+        The state x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1; of
+        a host its `scene.components`.
     transient, periods : int
         Forcing periods before the sampled ones, and those.
     method : str
@@ -244,12 +252,27 @@ def classify(
     >>> nv.classify("ssul-set6", omega=5.5, quiet=True).label
     'T,1'
     """
-    system = as_system(system)
+    system = any_system(system)
     if overrides:
         system = system.with_(**overrides)
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
-    how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
+    methods = METHODS[:1] if isinstance(system, HostSystem) else METHODS
+    how = choice("method", method, methods), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
+    if isinstance(system, HostSystem):
+        orbits = HostOrbits(system, settings.stepped_to)
+        y, span = orbits.start(start), Span(before, sampled, 1)
+        tell, records = notice(quiet), orbits.records(True, ())
+        status, section, impacts, row = judge_orbit(orbits, y, span, effort, tell, records)
+        if status != OK:
+            raise IntegrationError.of(system, status)
+        omega, counts = np.array([system.omega]), impacts.counts[np.newaxis]
+        datasets = orbits.verdicts(np.array([status]), row[np.newaxis], counts, omega)
+        evidence = {name: values[0] for name, values in datasets.items()}
+        by_wall = dict(zip(orbits.names, evidence["impacts_by_wall"].tolist(), strict=True))
+        assert records is not None
+        energies = energies_of(records, system)
+        return _regime(system, evidence, by_wall, energies, orbits.states(section[-1]))
     kernels = Kernels(Wanted(system.scene, USUAL, *how, settings), notice(quiet))
     cells = np.atleast_2d(system.cells())
     state = start_state(system, float(cells["rest"][0, 0]), start)
@@ -258,22 +281,34 @@ def classify(
     if code != OK:
         raise IntegrationError.of(system, code)
     evidence = {name: values[0, 0] for name, values in outputs.verdicts(cells).items()}
-    E1max, E2max = outputs.buffers.energy[0, 0].tolist()
-    periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
     near, far = evidence["impacts_by_wall"].tolist()
+    E1max, E2max = outputs.buffers.energy[0, 0].tolist()
+    last = outputs.buffers.section[0, 0, -1].copy()
+    return _regime(system, evidence, (near, far), (E1max, E2max), last)
+
+
+def _regime(
+    system: System | HostSystem,
+    evidence: Mapping[str, Any],
+    by_wall: tuple[int, int] | Mapping[tuple[str, str], int],
+    energies: tuple[float, float | np.ndarray],
+    last: np.ndarray,
+) -> Regime:
+    """Return the regime of an orbit from its datasets; last: its last state."""
+    periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
     return Regime(
         system=system,
         label=str(evidence["label"]),
         kind=_KINDS[int(evidence["regime"])],
         period=int(evidence["periodicity"]),
         impacts=int(evidence["impact_count"]),
-        impacts_by_wall=(near, far),
+        impacts_by_wall=by_wall,
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
         exponents=evidence["exponents"],
-        E1max=E1max,
-        E2max=E2max,
+        E1max=energies[0],
+        E2max=energies[1],
         point=evidence["orbit_point"] if periodic else None,
-        state=evidence["orbit_point"] if periodic else outputs.buffers.section[0, 0, -1].copy(),
+        state=evidence["orbit_point"] if periodic else last,
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),
         settling=int(evidence["settling"]),

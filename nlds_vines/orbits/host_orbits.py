@@ -11,12 +11,14 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
 from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
 from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
 from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
+from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
@@ -24,10 +26,12 @@ from nlds_vines.model.host import Host
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
 from nlds_vines.model.scenes import LONGEST_NAME
+from nlds_vines.orbits.batch import Layout, evidence_arrays
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import WALLS
+from nlds_vines.orbits.records import NOTED
 from nlds_vines.orbits.responses import OF_ROWS
-from nlds_vines.orbits.solver_settings import TOLERANCE
+from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
 from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -252,15 +256,17 @@ class HostOrbits:
         )
 
     def follow(
-        self, state: np.ndarray, span: Span, records: HostRecords | None = None
+        self, state: np.ndarray, span: Span, records: HostRecords | None = None, noted: int = 0
     ) -> tuple[int, np.ndarray, Impacts]:
         """Integrate an orbit; return its status, the sections and the impacts.
 
-        The state and the records are advanced in place.
+        The sections are those after the transient, and before them those of `noted` periods.  The
+        state and the records are advanced in place.
         """
         room, start = 64 + IMPACTS_EXPECTED * span.periods, state.copy()
+        section = np.zeros(((noted + span.periods) * span.stops, 2 * self.size))
         while True:
-            code, section, impacts = self._follow(state, span, room, records)
+            code, impacts = self._follow(state, span, section, room, records)
             if code != OK or impacts.filled[0] <= room:
                 return code, section, impacts
             room = int(impacts.filled[0])
@@ -269,16 +275,55 @@ class HostOrbits:
                 records.peaks[:], records.squares[:] = 0.0, 0.0
 
     def _follow(
-        self, state: np.ndarray, span: Span, room: int, records: HostRecords | None
-    ) -> tuple[int, np.ndarray, Impacts]:
-        section = np.zeros((span.periods * span.stops, 2 * self.size))
+        self,
+        state: np.ndarray,
+        span: Span,
+        section: np.ndarray,
+        room: int,
+        records: HostRecords | None,
+    ) -> tuple[int, Impacts]:
         counts = np.zeros(self.walls.number, np.int64)
         data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
         impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
         code = run_host(
             self.body, self.walls, self.contacts(), span, state, section, impacts, records
         )
-        return code, section, impacts
+        return code, impacts
+
+    def follow_judged(
+        self, state: np.ndarray, span: Span, effort: str, records: HostRecords | None = None
+    ) -> tuple[int, np.ndarray, Impacts, np.ndarray]:
+        """Integrate and judge an orbit.
+
+        Returns the status, the sections and the impacts after the transient, and the row of
+        evidence, whose `layout` it has; `state` is advanced in place to the end of the sections.
+        """
+        noted, size = min(span.first, NOTED), len(state)
+        row = np.full(self.layout.impacts.stop, np.nan)
+        ends = np.zeros((2, size + 2 * self.walls.number))  # with the contacts of each wall
+        ends[:, :size] = state
+        code, section, impacts = self.follow(ends[1], span, records, noted)
+        state[:] = ends[1, :size]
+        if code == OK:
+            stages, first = np.array(EFFORTS[effort], dtype=np.int64), span.first - noted
+            arguments = self.body, self.walls, self.contacts(), ends, section, first, stages, row
+            code = int(judge_host(*arguments))
+        return code, section[noted:], impacts, row
+
+    @property
+    def layout(self) -> Layout:
+        """The layout of a row of evidence."""
+        N, count = 2 * self.size, self.walls.number
+        impacts = codes.EXPONENTS + N * (N + 2)
+        return Layout(N, N, slice(impacts, impacts + count), tuple(self.walls.links.tolist()))
+
+    def verdicts(
+        self, status: np.ndarray, rows: np.ndarray, counts: np.ndarray, omega: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Return the datasets of verdicts; arguments as of `batch.evidence_arrays`."""
+        arrays = evidence_arrays(status, rows, counts, omega, self.layout)
+        arrays["orbit_point"] = self.states(arrays["orbit_point"])
+        return arrays
 
     def states(self, inner: np.ndarray) -> np.ndarray:
         """Return states (..., components) of the kernels' (..., 2 size)."""
@@ -415,6 +460,23 @@ def response_of(records: HostRecords, duration: float) -> np.ndarray:
     return np.stack([x, rms, a], axis=-1)
 
 
+@stoppable
+def judge_orbit(
+    orbits: HostOrbits,
+    state: np.ndarray,
+    span: Span,
+    effort: str,
+    tell: Tell | None,
+    records: HostRecords | None = None,
+) -> tuple[int, np.ndarray, Impacts, np.ndarray]:
+    """Integrate and judge an orbit, as `HostOrbits.follow_judged`, and report what is compiled."""
+    needed = Needed("a host", "exact", ("regime",))
+    kernels = {_RUN: "orbit", _JUDGE: "verdict"}
+    with Compilation(needed, tell, helped=False).followed(kernels):
+        return orbits.follow_judged(state, span, effort, records)
+
+
+_JUDGE: Any = getattr(judge_host, "entry", judge_host)
 _RUN: Any = getattr(run_host, "entry", run_host)
 
 

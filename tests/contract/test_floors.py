@@ -182,7 +182,7 @@ def test_kernels_know_numbers_only_and_are_compiled(name):
     for node in parsed(MODULES[name]).body if name not in UNCOMPILED else ():
         if isinstance(node, ast.FunctionDef):
             used = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
-            assert used & {"jit", "by_wall"}, node.name
+            assert used & {"jit", "by_wall", "by_flow"}, node.name
 
 
 def test_each_library_has_its_home():

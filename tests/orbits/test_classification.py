@@ -10,6 +10,7 @@ from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
+from nlds_vines.model.labels import PERIODIC as PERIODIC_LABEL
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits.batch import verdict_arrays
 from nlds_vines.orbits.solver_settings import EFFORTS
@@ -257,16 +258,21 @@ def test_codes_are_those_of_the_archive_and_labels_the_papers_words():
     regime = [FLAGS[name] for name in regime]
     assert labels_of(*map(np.array, (regime, period, impacts))).tolist() == expected
     assert [label_of(*one) for one in zip(regime, period, impacts, strict=True)] == expected
+    # of a host with two dampers: (period, impacts of each, label)
+    shared = [(2, 2, 1, "2T,3 (2+1)"), (1, 0, 0, "T,0"), (1, 0, 1, "T,1 (0+1)")]
+    period, a, b, expected = map(list, zip(*shared, strict=True))
+    a, b = np.array(a), np.array(b)
+    regime = np.full(len(shared), FLAGS["periodic"])
+    assert labels_of(regime, np.array(period), a + b, a, b).tolist() == expected
+    assert all(PERIODIC_LABEL.fullmatch(label) for label in expected)
     kinds = np.array([1, 3, 1])
     assert flags_of(np.array([OK, OK, DIVERGED]), kinds).tolist() == [1, 3, FLAGS["failed"]]
 
 
 def test_a_torus_forgets_its_start_and_a_pair_of_zero_exponents_does_not():
     def forgets(trace, *exponents):
-        evidence = np.full(codes.LENGTH_OF_ROW, np.nan)
-        evidence[codes.EXPONENTS : codes.EXPONENTS + len(exponents)] = exponents
         plain = getattr(verdict.forgets, "py_func", verdict.forgets)  # which compiles nothing
-        return plain(len(exponents), trace, evidence, 1.0, 600.0)
+        return plain(len(exponents), trace, np.array(exponents), 1.0, 600.0)
 
     assert forgets(-1.35, 1e-3, -0.02, -0.6, -0.731)  # an attracting torus
     assert not forgets(-1.0, 2e-3, -2e-3, -0.5, -0.5)  # a pair: a free oscillation

@@ -43,9 +43,9 @@ from ..orbit.variations import (
     polish,
     run_on,
     set_identity,
-    shrunk_in_contacts,
     span_of,
     state_for,
+    volume_of,
     width_of,
 )
 from ..scene import codes as ev
@@ -54,7 +54,7 @@ from ..scene.codes import CHAOTIC, OK, PERIODIC, QUASIPERIODIC, TRANSIENT_CHAOS,
 
 
 class Evidence(NamedTuple):
-    """The evidence of a verdict, whose columns are in `codes`; `evidence_in` has that of a row."""
+    """The evidence of a verdict: parts of a row, whose columns are in `codes`."""
 
     row: Any  # of scalars, KIND to PASSING_WIDTH
     impacts: Any  # (walls,) of an nT orbit by wall
@@ -64,11 +64,13 @@ class Evidence(NamedTuple):
 
 
 @jit
-def evidence_in(row):
-    """Return the evidence of one structure and one damper, which is one row."""
+def evidence_in(row, width=4, impacts=ev.NEAR_IMPACTS, walls=2):
+    """Return the evidence in a row; impacts: where those of the walls begin."""
+    monodromy = ev.EXPONENTS + width
+    point = monodromy + width * width
     return Evidence(
-        row, row[ev.NEAR_IMPACTS : ev.FAR_IMPACTS + 1], row[ev.EXPONENTS : ev.MONODROMY],
-        row[ev.MONODROMY : ev.POINT], row[ev.POINT : ev.LENGTH_OF_ROW],
+        row, row[impacts : impacts + walls], row[ev.EXPONENTS : monodromy], row[monodromy:point],
+        row[point : point + width],
     )  # fmt: skip
 
 
@@ -126,10 +128,10 @@ def weighted_mean(values, first, last):
 
 
 @jit
-def digits_of(values):
+def digits_of(values, least=0.0):
     """Return -log10 of the difference of the weighted means of both halves over the range.
 
-    At most 15, the value of a constant sequence.
+    At most 15, the value of a constant sequence, one whose range is `least` at most.
     """
     n = len(values)
     if n < 4:
@@ -138,7 +140,7 @@ def digits_of(values):
     for i in range(1, n):
         low, high = min(low, values[i]), max(high, values[i])
     extent = high - low
-    if not extent > 0.0:
+    if not extent > least:
         return 15.0
     off = weighted_mean(values, 0, n // 2) - weighted_mean(values, n // 2, n)
     return min(15.0, -log10(max(abs(off) / extent, 1.0e-15)))
@@ -602,9 +604,7 @@ def note_cycle(flow, evidence, period):
     row[ev.LYAPUNOV], row[ev.INTERVAL] = largest / (n * period), 0.0
     row[ev.DIGITS] = np.nan
     exponents[:] = np.nan
-    volume = flow.trace * n * period  # ln |det M|, the sum of ln |mu|; contacts add theirs
-    volume += shrunk_in_contacts(flow, evidence.point, n)
-    if volume > RESOLVED:
+    if volume_of(flow, evidence.point, evidence.monodromy, n) > RESOLVED:
         return
     state, tangent, growth = state_for(flow), np.zeros(width * width), np.zeros(width)
     place_state(flow, evidence.point, state)
@@ -625,13 +625,19 @@ def note_cycle(flow, evidence, period):
         exponents[1] += off
 
 
+@by_flow
+def least_extent(space, record, length, i):
+    """Return an extent of displacement i that is round-off of the motion."""
+    return 0.0
+
+
 @jit
 def note_digits(space, record, length, count, row):
     """Write to how many digits averages of the last `count` sections agree, the worst of them."""
     digits = 15.0
     for i in range(space.size // 2):
         values = record[length - count : length, column_of(space, i)].copy()
-        digits = min(digits, digits_of(values))
+        digits = min(digits, digits_of(values, least_extent(space, record, length, i)))
     row[ev.DIGITS] = digits
 
 
@@ -663,7 +669,8 @@ def is_steady(space, record, length, count):
             squares[j] = (squares[j] - mean) * (squares[j] - mean)
         early = weighted_mean(squares, 0, count // 2)
         late = weighted_mean(squares, count // 2, count)
-        if abs(early - late) > STEADY * max(early, late):
+        least = least_extent(space, record, length, i)
+        if max(early, late) > least * least and abs(early - late) > STEADY * max(early, late):
             return False
     return True
 

@@ -10,6 +10,7 @@ In reading order:
     host_watch       largest energies and the response of rows, in flight and in contact
     host_variations  derivatives in flight, in contacts, and where the motion jumps
     host_contact     from touch to release, several walls at once
+    host_space       the norm of states, and the sections of a record
     host_orbit       the time loop, and the flow from section to section
     host_load        loads in time: the same over cells of a load
 

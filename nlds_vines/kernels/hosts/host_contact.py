@@ -76,6 +76,7 @@ from .walls import (
 )
 
 LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
+NEGLIGIBLE = 1.0e-14  # time before a release, in units of 1 / rate
 LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has every fifth alone
 
 # Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
@@ -567,6 +568,23 @@ def leave_at_rest(body, walls, contacts, drive, left, rate, y, work):
     return time
 
 
+@jit
+def release_spent(host, varied, time, y):
+    """Release those of several walls that will be left within a negligible time.
+
+    If walls are left at one instant, dt/dtheta has a double zero there, so that each step lowers
+    their q by a factor, and none reaches zero.
+    """
+    body, walls, contacts, rate = host.body, host.walls, host.contacts, host.grid.rate
+    for place in range(contacts.active[0], 0, -1):
+        wall = contacts.active[place]
+        _, s = along(body, walls.links[wall], y, 0)
+        q = contacts.q[wall]
+        seen = look(walls, wall, q, walls.signs[wall] * s, 0.0, rate)
+        if q > 0.0 and rate * q * seen.weight <= NEGLIGIBLE * -seen.rate:
+            release(host, varied, place, time, y)
+
+
 ENDS, SWITCHES, TOUCHED = range(3)  # what ends a step, unless its length or the period
 
 
@@ -629,6 +647,8 @@ def follow(host, varied, watch, begun, y):
             vary_shortly(body, varied, took, work)
         if not elapsed < left:
             return stop, 0.0
+        if active[0] > 1:
+            release_spent(host, varied, touched_at + elapsed, y)
         longest = guess_of(body, walls, contacts, drive, rate, y, work)
         if not longest < math.inf:  # without speed and pushed off: the contacts are over
             while active[0] > 0:

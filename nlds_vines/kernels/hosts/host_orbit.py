@@ -7,15 +7,17 @@ So an orbit has the same bits in one run and in several.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..motion.flight import COEF, TERMS
 from ..numerics.compiling import jit
+from ..numerics.elementary import hypotenuse, log
 from ..numerics.fours import bare
+from ..numerics.matrices import IM, RE, eigenvalues
 from ..orbit.orbit import HUGE, MOST_TOUCHES
-from ..orbit.variations import TOGETHER
+from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
 from .body import along
@@ -34,21 +36,12 @@ from .host_contact import (
     width_of,
 )
 from .host_flight import FLOWN, LOST_TOUCH, Scratch, advance, drive_of, fly, note_misses
+from .host_space import HostSpace
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
 from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
-
-
-class HostSpace(NamedTuple):
-    """The state space of a host."""
-
-    size: int  # components of y: the displacements, then their rates
-    displacements: int
-    modes: int  # the first displacements; the others are those of masses
-    rows: Any  # (links * displacements,) w of r = w X; links of masses come first, in their order
-    scales: Any  # (displacements,) w of the pairs (w x, v) of modes and (w r, s) of masses [1/s]
 
 
 class HostFlow(NamedTuple):
@@ -83,15 +76,18 @@ def host_flow(body, walls, contacts, impacts, stops):
         np.zeros(body.drives), np.zeros(4 * links), np.zeros(COEF + TERMS),
     )  # fmt: skip
     host = PreparedHost(body, grid, walls, contacts, impacts, scratch)
-    scales, trace = np.zeros(size), 0.0
+    scales, masses, trace = np.zeros(size), np.ones(size), 0.0
     for i in range(size):
         scales[i] = max(grid.scales[i], body.omega)
+    for i in range(body.modes, size):
+        at = (i - body.modes) * size + i
+        masses[i] = body.rows[at] / body.answers[at]
     for i in range(body.modes):
         trace -= body.damping[i]
     for link in range(links):
         for i in range(link * size, link * size + size):
             trace -= body.dashpots[link] * body.rows[i] * body.answers[i]
-    space = HostSpace(2 * size, size, body.modes, body.rows, scales)
+    space = HostSpace(2 * size, size, body.modes, body.rows, scales, masses)
     flow = HostFlow(
         host, space, body.period, trace,
         np.zeros((TOGETHER, walls.number), np.int64), np.full(1, np.inf), impacts.slowest,
@@ -190,10 +186,11 @@ def place_host_state(flow, y, state):
 
 @jit(entry=True)
 def run_host(body, walls, contacts, span, state, section, impacts, records):
-    """Advance y (2 size,) in `state` over periods; fill the sections and impacts after `first`.
+    """Advance `state` over periods; fill the last sections, and the impacts after `first`.
 
-    span: `scene.Span`; section: (stops periods, 2 size) states; records: `HostRecords` of the
-    periods after `first`, or None. Returns a status.
+    state: begins with y (2 size,), and receives as much of the last state as it has room for; span:
+    `scene.Span`; section: (points, 2 size) the last states, of stops periods or more; records:
+    `HostRecords` of the periods after `first`, or None. Returns a status.
     """
     flow, status = host_flow(body, walls, contacts, impacts, span.stops)
     if status != OK:
@@ -202,7 +199,7 @@ def run_host(body, walls, contacts, span, state, section, impacts, records):
     place_host_state(flow, state, whole)
     watch = host_watch(flow.host.body, flow.host.grid, records)
     status = loop(bare(flow.host), None, bare(watch), span, bare(whole), section)
-    for i in range(flow.space.size):
+    for i in range(len(state)):
         state[i] = whole[i]
     if records is not None:
         watch.is_on[0] = 0.0  # the arrays of `watch` are in use up to here
@@ -244,6 +241,7 @@ def advance_host(flow, rows, periods, tangent, state):
 def loop(host, varied, watch, span, state, section):
     grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
     size, period, y = host.body.size, grid.h * grid.cells, state
+    points = min(len(section), span.stops * (span.first + span.periods))
     read_contacts(walls, contacts, state, 2 * size)
     for p in range(span.first + span.periods):
         if p == span.first:  # impacts that have begun before are not recorded
@@ -251,15 +249,15 @@ def loop(host, varied, watch, span, state, section):
             if watch is not None:
                 watch.is_on[0] = 1.0
             for wall in range(walls.number):
-                contacts.rows[wall] = -1
+                contacts.rows[wall], impacts.counts[wall] = -1, 0
         for part in range(span.stops):
             cells = grid.cells // span.stops
             ends = cells * part, cells * (part + 1)
             status = run_part(host, varied, watch, ends, p * period, y)
             if status != OK:
                 return status
-            row = span.stops * (p - span.first) + part
-            if 0 <= row < len(section):
+            row = points - span.stops * (span.first + span.periods - p) + part
+            if row >= 0:
                 for i in range(2 * size):
                     section[row, i] = y[i]
         total = 0.0
@@ -352,3 +350,38 @@ def note_flight(host, watch, begun, ended):
         note_series(body, watch, contacts.series, layout, 1.0)
         end_state(body, contacts, 1.0, y)
         j, x = (j + 1, 0.0) if j < last else (j, rest)
+
+
+# ---- the kernels of `orbit.variations` that are marked `by_flow` ---------------------------------
+
+
+run_on, advance_flow = run_on_host, advance_host
+place_state, state_for = place_host_state, new_host_state
+
+
+@jit
+def duration_of(flow):
+    return flow.period
+
+
+@jit
+def has_walls(flow):
+    return flow.host.walls.number > 0
+
+
+@jit
+def lost_of(flow):
+    """Return LEFT_OVER if a wall may hold, which loses directions, otherwise 0."""
+    walls, lost = flow.host.walls, 0.0
+    for wall in range(walls.number):
+        if walls.law[wall] == IS_RIGID:
+            lost = LEFT_OVER
+    return lost
+
+
+@jit
+def volume_of(flow, y, monodromy, n):
+    """Return the least ln |mu| in place of ln |det M|: many multipliers make it small."""
+    size = flow.space.size
+    last = eigenvalues(matrix_of(monodromy, size, size))[size - 1]
+    return log(hypotenuse(last[RE], last[IM]))

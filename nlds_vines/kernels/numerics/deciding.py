@@ -24,8 +24,11 @@ def is_a(part: object, sort: type) -> bool:
     return isinstance(part, sort)
 
 
-CHOSEN = tuple(f"{__name__.rsplit('.', 2)[0]}.{name}" for name in ("laws.", "hosts.host_space"))
-"""The beginnings of the names of the modules of laws, and of that of the flow of hosts."""
+CHOSEN = tuple(
+    f"{__name__.rsplit('.', 2)[0]}.{name}"
+    for name in ("laws.", "hosts.host_space", "hosts.host_orbit")
+)
+"""The beginnings of the names of the modules of laws, and of those of the flow of hosts."""
 
 
 def law_of(sort: Any) -> Any:

@@ -7,7 +7,7 @@ periods is the monodromy matrix of an nT orbit. Its determinant is exp(n T tr A)
 contacts dissipate nothing.
 
 Kernels marked `by_flow` are those for one structure and one damper. Hosts have their own, of the
-same names (`hosts.host_space`); all others serve states of any size.
+same names (`host_space`, `host_orbit`); all others serve states of any size.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ def shrinks(wall):
     return wall.damping is not None
 
 
-@by_flow
+@jit
 def shrunk_in_contacts(flow, y, n):
     """Return the logarithm of the factor by which contacts shrink volumes in n periods from y.
 
@@ -251,6 +251,12 @@ def shrunk_in_contacts(flow, y, n):
         if advance_flow(flow, no_section(flow.space), min(TOGETHER, n - p), tangent, state) != OK:
             break
     return k[SHRUNK]
+
+
+@by_flow
+def volume_of(flow, y, monodromy, n):
+    """Return ln |det M| of n periods from y, the sum of ln |mu|; M: `monodromy`."""
+    return flow.trace * n * duration_of(flow) + shrunk_in_contacts(flow, y, n)
 
 
 @jit

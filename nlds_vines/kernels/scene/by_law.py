@@ -4,7 +4,7 @@ A kernel marked `by_wall` is the general one. If the file of a law (`laws`) has 
 name, that one is called for walls of this law; the wall is the first argument, or its field `wall`.
 The choice is made when the caller is compiled. A law contains only the kernels in which it differs,
 and no other module names it. Kernels marked `by_flow` give way in the same manner to those for
-hosts, in `hosts.host_space`: their first argument is a flow or its state space.
+hosts, in `host_space` and `host_orbit`: their first argument is a space or a flow.
 """
 
 from __future__ import annotations

@@ -335,7 +335,7 @@ def has(system: AnySystem, name: str) -> bool:
 
 
 def is_of_load(name: str) -> bool:
-    return name in NUMBERS or name.partition(".")[0] in ALL
+    return name in NUMBERS or (name.partition(".")[0] in ALL and name not in DESCRIBED)
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:

@@ -382,6 +382,8 @@ class HostSystem(Outlined):
         """
         values = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
         for name, array in values.items():
+            if name not in DESCRIBED:
+                raise unknown("parameter", name, self.allowed)
             DESCRIBED[name].check(array)
         values = {"omega": np.asarray(self.omega), **values}
         shape = np.broadcast_shapes(*(array.shape for array in values.values()))

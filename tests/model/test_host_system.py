@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.loads.request import is_of_load
 from nlds_vines.model.parameters import DESCRIBED
 
 FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
@@ -67,6 +68,11 @@ def test_numbers_are_replaced_by_name(changes, after):
     back = {name: SYSTEM.parameters[name] for name, value in after.items() if value is None}
     if not back.keys() & {"stop.gap", "ball.E1"}:
         assert system.with_(**back).parameters.items() >= back.items()
+
+
+def test_a_damper_may_have_the_name_of_a_load():
+    assert is_of_load("tone.omega")
+    assert not is_of_load("tone.k")
 
 
 def test_the_stiffness_of_bodies_follows_from_their_constants():

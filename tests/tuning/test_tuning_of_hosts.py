@@ -48,6 +48,7 @@ def test_a_file_of_a_tuning_names_dampers_rows_and_places():
         ({"free": FREE, "places": {"c": ["roof"]}}, "unknown parameter 'c.attached_to'"),
         ({"free": FREE, "places": {"a": ["top"]}}, "damper 'a': unknown attached_to 'top'"),
         ({"free": FREE, "places": {"a": "roof"}}, "places of a: 'roof' must be a list of places"),
+        ({"free": FREE, "over": {"a.attached_to": {"values": [1.0]}}}, "unknown parameter 'a.att"),
         ({"free": FREE, "load": {"impulse": 1.0}}, "on is missing, the degree of freedom"),
     ],
 )  # fmt: skip

@@ -17,7 +17,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.scenes import HOST
-from nlds_vines.orbits.records import noted, touches_noted
+from nlds_vines.orbits.records import JUDGED, noted, touches_noted
 from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
@@ -80,7 +80,10 @@ def lane_bytes(scan: Scan) -> int:
     touches = touches_noted(scan.want, scan.system.scene, scan.periods)
     if scan.spectral is not None:  # and the buffers of the transform, of as many numbers
         rows += 2 * scan.periods * scan.spectral.samples
-    return 8 * (rows * len(scan.system.scene.components) + TOUCH_COLUMNS * touches) + _LANE_BYTES
+    size = len(scan.system.scene.components)
+    if size > 4 and not JUDGED.isdisjoint(scan.want):
+        rows += size + 2  # the monodromy matrix, the exponents and the point of a host
+    return 8 * (rows * size + TOUCH_COLUMNS * touches) + _LANE_BYTES
 
 
 def block_bytes(scan: Scan) -> int:

@@ -237,7 +237,7 @@ class Computer:
             if buffers.counts is not None:
                 arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
             if outputs.evidence is not None:
-                arrays |= outputs.verdicts(chains)
+                arrays |= self.kernels.verdicts(outputs, chains)
         if "spectra_agree" in datasets:
             regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
             arrays["spectra_agree"] = agreement(regimes, n, labels, scan.periods)

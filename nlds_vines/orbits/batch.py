@@ -165,6 +165,10 @@ class Kernels:
             self._judge(outputs, sweeps, transient, periods)
         return outputs
 
+    def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
+        return outputs.verdicts(cells)
+
     def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return states of the kernels (n, 4) of `cells` (n,) in the user's coordinates."""
         return user_states(cells, states, self._wanted.scene)

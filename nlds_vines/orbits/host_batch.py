@@ -22,6 +22,7 @@ from nlds_vines.orbits.host_orbits import (
     energies_of,
     response_of,
 )
+from nlds_vines.orbits.records import JUDGED
 from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, start_states
@@ -65,16 +66,27 @@ class HostKernels:
     def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run sweeps (sweeps, cells) from `starts` (sweeps, components)."""
         shape, others = (len(sweeps), sweeps.shape[1]), {*self._wanted.want} - {"response"}
-        outputs = Outputs.of(replace(self._wanted, want=others), shape, transient, periods)
+        outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, periods)
         if "response" in self._wanted.want:
             response = np.full((*shape, len(self._of), len(RESPONSE)), np.nan)
             outputs = replace(outputs, buffers=outputs.buffers._replace(response=response))
-        compile_host(
-            self._tell, has_records=not {"energy", "response"}.isdisjoint(self._wanted.want)
-        )
+        if not JUDGED.isdisjoint(others):
+            length = HostOrbits(self._system).layout.impacts.stop
+            outputs = replace(outputs, evidence=np.full((*shape, length), np.nan))
+        has_records = not {"energy", "response"}.isdisjoint(self._wanted.want)
+        compile_host(self._tell, has_records, outputs.evidence is not None)
         arguments = sweeps, starts, Span(transient, periods, 1), outputs
         on_threads(self._sweep, arguments, len(sweeps), 1, MOST_AT_ONCE)
         return outputs
+
+    def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
+        assert outputs.evidence is not None
+        counts = outputs.by_wall[..., : self._wanted.scene.counted_walls]
+        arguments = outputs.status, outputs.evidence, counts, cells["omega"]
+        arrays = HostOrbits(self._system).verdicts(*arguments)
+        arrays["impacts_by_wall"] = self._wanted.scene.by_damper(arrays["impacts_by_wall"])
+        return arrays
 
     def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return starts, which are in the user's coordinates."""
@@ -109,7 +121,12 @@ class HostKernels:
             return BAD_PARAMETERS, start
         state = orbits.start(start, is_put_on_walls=True)
         watched = orbits.records(out.buffers.energy is not None, self._of)
-        code, section, impacts = orbits.follow(state, span, watched)
+        if out.evidence is None:
+            code, section, impacts = orbits.follow(state, span, watched)
+        else:
+            effort = self._wanted.effort
+            code, section, impacts, row = orbits.follow_judged(state, span, effort, watched)
+            out.evidence[place] = row
         if code != OK:
             return code, start
         buffers, period = out.buffers, orbits.system.period

@@ -429,11 +429,15 @@ def follow_host(
         return orbits.follow(state, span, records)
 
 
-def compile_host(tell: Tell | None, has_records: bool = False) -> None:
+def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
     system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
     orbits = HostOrbits(system, 1.0)
-    follow_host(orbits, np.zeros(2), Span(0, 0, 1), tell, orbits.records(has_records, ()))
+    records = orbits.records(has_records, ())
+    if is_judged:
+        judge_orbit(orbits, np.zeros(2), Span(0, 3, 1), "quick", tell, records)
+    else:
+        follow_host(orbits, np.zeros(2), Span(0, 0, 1), tell, records)
 
 
 def host_rows(system: HostSystem, words: Collection[str], of: Sequence[str]) -> tuple[str, ...]:

@@ -26,7 +26,10 @@ WANTS = RECORDS  # the words that `[record] want` accepts
 USUAL = ("section", "impacts", "energy", "regime")
 
 # the words of scans of hosts
-OF_HOSTS = ("section", "impacts", "speeds", "impact_section", "energy", "response")
+OF_HOSTS = (
+    "section", "impacts", "speeds", "impact_section", "energy", "response", "regime", "lyapunov",
+    "settling", "evidence",
+)  # fmt: skip
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 

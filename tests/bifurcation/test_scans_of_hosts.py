@@ -1,5 +1,7 @@
 """Scans of hosts: their cells beside `simulate` and beside kinds, sweeps, starts, refusals."""
 
+import re
+
 import numpy as np
 import pytest
 from configurations import USUAL
@@ -26,13 +28,13 @@ WANT = ("section", "impacts", "impact_section")
 SPAN = {"transient": 40, "periods": 30}
 
 
-def frame(law="restitution", **constants):
+def frame(law="restitution", k=0.0, c=0.0, **constants):
     """Return a frame of three storeys with one cell between two walls, and one with a single."""
     host = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.01)
 
     def cell(name, m, sides):
         walls = [nv.Wall(0.01, side, law=law, **constants) for side in sides]
-        return nv.Damper(name, attached_to="roof", m=m, walls=walls)
+        return nv.Damper(name, attached_to="roof", m=m, k=k, c=c, walls=walls)
 
     dampers = [cell("a", 300.0, "+-"), cell("b", 200.0, "-")]
     return nv.System.from_host(host, dampers, force={"roof": 1500.0}, omega=12.59)
@@ -174,9 +176,41 @@ def test_energies_and_responses_are_those_of_simulate(tmp_path):
         assert {"E1max", "E2max:a", "E2max:b", "x_max:roof-floor2", "a_max:a"} <= drawn.keys()
         assert drawn["E2max:b"].of(view)[1, 0] == orbit.E2max[1]
         assert drawn["x_max:roof"].label == "largest displacement, roof [m]"
+        assert drawn["E1max"].label.startswith("energy of the host ")
     usual = scan_of({"omega": [12.0]}, ("response",))
     assert usual.of == ("roof",)
     assert usual.to_toml() == nv.load_scan(usual.document()).to_toml()
+
+
+def test_verdicts_are_those_of_classify(tmp_path):
+    want = ("section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence")
+    axes, sprung = {"omega": [11.5, 12.3, 12.6]}, frame(k=1e4, c=60.0, e=0.6)
+    how = {"transient": 300, "periods": 60, "effort": "quick"}
+    scan = scan_of(axes, want, system=sprung, **how)
+    arrays, size = computed(scan), len(sprung.scene.components)
+    assert scan.table.shape("multipliers") == (3, 1, size, 2)
+    for i, omega in enumerate(axes["omega"]):
+        system = sprung.with_(omega=omega)
+        regime = nv.classify(system, **how, quiet=True)
+        cell = {name: values[i, 0] for name, values in arrays.items()}
+        assert cell["label"] == regime.label
+        assert (cell["periodicity"], cell["impact_count"]) == (regime.period, regime.impacts)
+        assert cell["impacts_by_wall"].sum() == regime.impacts
+        assert (cell["settling"], cell["watched"]) == (regime.settling, regime.watched)
+        np.testing.assert_array_equal(cell["lyapunov"], regime.lyapunov)
+        np.testing.assert_array_equal(cell["exponents"], regime.exponents)
+        if regime.period:
+            np.testing.assert_array_equal(cell["orbit_point"], regime.point)
+            pairs = cell["multipliers"]
+            np.testing.assert_array_equal(pairs[:, 0] + 1j * pairs[:, 1], regime.multipliers)
+        orbit = nv.simulate(system, 60, transient=300, quiet=True)
+        assert (cell["section"] == orbit.section).all()
+    labels = arrays["label"][:, 0].tolist()
+    assert labels[0] == "T,0"
+    assert re.fullmatch(r"[0-9]*T,[0-9]+ \([0-9]+\+[0-9]+\)", labels[2])
+    path = archived(tmp_path / "x.h5", scan, arrays)
+    texts = [text.get_text() for panel in nv.plot(path).axes for text in panel.texts]
+    assert labels[2] in texts
 
 
 def test_samples_of_hosts():

@@ -27,10 +27,8 @@ from ..orbit.variations import (
     LONGEST_CORRECTION,
     TOGETHER,
     advance_flow,
-    blur_of,
     column_of,
     distance,
-    duration_of,
     has_walls,
     is_minimal,
     lost_of,
@@ -213,7 +211,7 @@ def periods_together(flow, periods):
     exp(-MOST_SHRUNK), and each of the BATCHES, whose means give the uncertainty, must hold
     FEWEST_PROJECTIONS.
     """
-    shrinks = abs(flow.trace) * duration_of(flow)
+    shrinks = abs(flow.trace) * flow.period
     most = MOST_SHRUNK / max(shrinks, MOST_SHRUNK / TOGETHER)
     most = min(most, periods / (BATCHES * FEWEST_PROJECTIONS))
     return max(1, int(most))
@@ -286,7 +284,7 @@ def cycle_through(space, y, tangent, points):
     digits.
     """
     span = span_of(space, points)
-    off, resolvable = y.copy(), TINY * span + blur_of(space)
+    off, resolvable = y.copy(), TINY * span + space.blur
     return Cycle(len(points), bare(y), bare(tangent), off, span, resolvable)
 
 
@@ -699,7 +697,7 @@ def judge(flow, ends, record, first, stages, evidence):
     sections after the `first` periods; stages: further periods of each stage.
     """
     course = Course(record, len(record), first, ends[0].copy(), np.empty((0, 0)), 1)
-    row, width, period = evidence.row, width_of(flow.space), duration_of(flow)
+    row, width, period = evidence.row, width_of(flow.space), flow.period
     for values in evidence:
         values[:] = np.nan
     row[ev.KIND], row[ev.CYCLE_PERIOD], row[ev.SETTLING] = UNDETERMINED, 0.0, -1.0

@@ -87,7 +87,7 @@ def host_flow(body, walls, contacts, impacts, stops):
     for link in range(links):
         for i in range(link * size, link * size + size):
             trace -= body.dashpots[link] * body.rows[i] * body.answers[i]
-    space = HostSpace(2 * size, size, body.modes, body.rows, scales, masses)
+    space = HostSpace(2 * size, size, body.modes, body.rows, scales, masses, 0.0)
     flow = HostFlow(
         host, space, body.period, trace,
         np.zeros((TOGETHER, walls.number), np.int64), np.full(1, np.inf), impacts.slowest,
@@ -357,11 +357,6 @@ def note_flight(host, watch, begun, ended):
 
 run_on, advance_flow = run_on_host, advance_host
 place_state, state_for = place_host_state, new_host_state
-
-
-@jit
-def duration_of(flow):
-    return flow.period
 
 
 @jit

@@ -25,6 +25,7 @@ class HostSpace(NamedTuple):
     rows: Any  # (links * displacements,) w of r = w X; links of masses come first, in their order
     scales: Any  # (displacements,) w of the pairs (w x, v) of modes and (w r, s) of masses [1/s]
     masses: Any  # (displacements,) of the pairs [kg]
+    blur: float  # 0: sections hold the numbers of the state
 
 
 @jit
@@ -35,11 +36,6 @@ def width_of(space):
 @jit
 def column_of(space, i):
     return i
-
-
-@jit
-def blur_of(space):
-    return 0.0
 
 
 @jit

@@ -37,6 +37,7 @@ class Space(NamedTuple):
     damper: Any  # `Damper` or None
     size: int  # components of a state: 4, or 2 without a damper
     rest: float  # x2 - x1 of the unstretched spring [m]
+    blur: float  # norm of the round-off of an r computed from x1 - x2 of a section [J^0.5]
 
 
 class Flow(NamedTuple):
@@ -45,6 +46,7 @@ class Flow(NamedTuple):
     prepared: Prepared
     exact_grid: Grid  # of exact flight, which propagates variations whatever the method
     space: Space
+    period: float  # [s]
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
     by_period: np.ndarray  # (TOGETHER, 2) impacts of the last periods by wall
     clearance: np.ndarray  # (1,) smallest near miss so far [m]
@@ -61,12 +63,14 @@ MUCH = 4.0  # ratio of squared lengths, before and after a projection, that asks
 def flow_of(prepared, exact_grid):
     ps, damper = prepared.ps, prepared.damper
     if damper is None or is_a(damper, Ground):
-        space, trace = Space(ps, None, 2, 0.0), -ps.damping
+        space, trace = Space(ps, None, 2, 0.0, 0.0), -ps.damping
     else:
-        space, trace = Space(ps, damper, 4, damper.rest), -ps.damping - damper.c2 * damper.inv_mu
-    counts = np.zeros((TOGETHER, 2), np.int64)
+        blur = scale_of(ps, damper, 0.0, 0.0, BLUR * damper.rest, 0.0)
+        space = Space(ps, damper, 4, damper.rest, blur)
+        trace = -ps.damping - damper.c2 * damper.inv_mu
+    counts, period = np.zeros((TOGETHER, 2), np.int64), exact_grid.h * exact_grid.n
     return Flow(
-        prepared, exact_grid, space, trace, counts, np.full(1, np.inf), np.full(1, np.inf)
+        prepared, exact_grid, space, period, trace, counts, np.full(1, np.inf), np.full(1, np.inf)
     )  # fmt: skip
 
 
@@ -127,12 +131,6 @@ def column_of(space, i):
 
 
 @by_flow
-def duration_of(flow):
-    """Return the period [s]."""
-    return flow.exact_grid.h * flow.exact_grid.n
-
-
-@by_flow
 def has_walls(flow):
     return flow.prepared.scratch is not None
 
@@ -163,12 +161,6 @@ def norm(space, x):
 @by_flow
 def distance(space, x, y):
     return scale_of(space.ps, space.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
-
-
-@by_flow
-def blur_of(space):
-    """Return the round-off of an r computed from x1 - x2 of a section, in the energy norm."""
-    return scale_of(space.ps, space.damper, 0.0, 0.0, BLUR * space.rest, 0.0)
 
 
 @jit
@@ -256,7 +248,7 @@ def shrunk_in_contacts(flow, y, n):
 @by_flow
 def volume_of(flow, y, monodromy, n):
     """Return ln |det M| of n periods from y, the sum of ln |mu|; M: `monodromy`."""
-    return flow.trace * n * duration_of(flow) + shrunk_in_contacts(flow, y, n)
+    return flow.trace * n * flow.period + shrunk_in_contacts(flow, y, n)
 
 
 @jit

@@ -137,7 +137,7 @@ class Job(commands.Job):
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
             *varied,
-            f"followed: {request.duration:g} s, {request.windows * request.samples} states each; "
+            f"followed: {request.duration:g} s, {request.times.size - 1} states each; "
             f"{request.cases} orbits",
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),

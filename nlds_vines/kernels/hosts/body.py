@@ -23,7 +23,7 @@ class Body(NamedTuple):
     modes: int  # of the host
     size: int  # coordinates X: modes, and masses of dampers
     links: int
-    omega: float  # of the force [rad/s]; of a load in time, a rate that it does not exceed
+    omega: float  # of the force [rad/s]; of a load in time, a rate up to that of its cells
     period: float  # [s]
     drives: int  # numbers of the drive, even
     paces: Any  # (drives,) rates of the drive [1/s]

@@ -23,7 +23,7 @@ from .host_watch import host_watch
 from .walls import IS_RIGID, outward_at, push_all
 
 ALIKE_CELLS = 1.0e-14  # round-off of a cell's length, in units of the largest time
-LEAST_PACE = 0.5  # the rate of a load in units of 1 / length of its cell (`model.loads`)
+MOST_PACE = 0.5  # of a load in units of 1 / length of its cell (`model.loads`)
 
 
 class HostLoad(NamedTuple):
@@ -41,9 +41,9 @@ def under(body, h):
     for k in range(body.drives - 1):
         paces[k] = (k + 1.0) / h
     return Body(
-        body.modes, body.size, body.links, LEAST_PACE / h, h, body.drives, paces, body.squares,
-        body.damping, body.coupling, body.coupled, body.push, body.rows, body.answers,
-        body.stiffness, body.dashpots,
+        body.modes, body.size, body.links, min(body.omega, MOST_PACE / h), h, body.drives, paces,
+        body.squares, body.damping, body.coupling, body.coupled, body.push, body.rows,
+        body.answers, body.stiffness, body.dashpots,
     )  # fmt: skip
 
 

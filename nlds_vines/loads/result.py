@@ -51,8 +51,22 @@ HISTORIES = {
 }
 
 
+class History(Outlined):
+    """The quantities of a response to a load, by name."""
+
+    numbers: Mapping[str, float]
+
+    @property
+    def last(self) -> np.ndarray:
+        """The last times (3,) [s] at which E1 exceeds 1, 10 and 50 % of its largest value.
+
+        NaN if E1 exceeds it at the end.
+        """
+        return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
+
+
 @dataclass(frozen=True, repr=False)
-class ResponseHistory(Outlined):
+class ResponseHistory(History):
     """The response of one structure to a load.
 
     Values that the structure does not have (without a damper, without walls) are NaN, and so is
@@ -87,17 +101,9 @@ class ResponseHistory(Outlined):
     numbers: Mapping[str, float]
     status: int = OK
 
-    @property
-    def last(self) -> np.ndarray:
-        """The last times (3,) [s] at which E1 exceeds 1, 10 and 50 % of its largest value.
-
-        NaN if E1 exceeds it at the end.
-        """
-        return np.array([self.numbers[f"last_{100 * share:g}"] for share in SHARES])
-
 
 @dataclass(frozen=True, repr=False)
-class HostHistory(Outlined):
+class HostHistory(History):
     """The response of a host with dampers to a load.
 
     Values that the system does not have are NaN, and so is everything if the orbit failed.
@@ -131,8 +137,6 @@ class HostHistory(Outlined):
     impacts: Mapping[str, np.ndarray]
     status: int = OK
 
-    last = ResponseHistory.last
-
     def heading(self) -> str:
         """Return the number of impacts and the duration."""
         return f"{len(self.impacts['touch'])} impacts in {self.time[-1]:g} s"
@@ -142,7 +146,7 @@ class HostHistory(Outlined):
         yield "numbers", numbers({k: v for k, v in self.numbers.items() if np.isfinite(v)})
 
 
-PEAKS = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
+PEAKS: tuple[str, ...] = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
 HOST_PEAKS = ("x_max", "a_max", "stroke_max", "force_max")
 
 
@@ -182,7 +186,7 @@ class ResponseHistories(Drawable):
 
     path: ArchivePath
     request: HistoryRequest
-    results: Mapping[str, Any]
+    results: Mapping[str, ResponseHistory | HostHistory]
 
     def __getitem__(self, name: str) -> Any:
         """Return the response with one damper, by the name of its system."""
@@ -383,7 +387,7 @@ def is_alone(system: Any) -> bool:
     return not (system.dampers if isinstance(system, HostSystem) else system.scene.damper)
 
 
-def shares_of(history: ResponseHistory) -> dict[str, float]:
+def shares_of(history: History) -> dict[str, float]:
     """Return the fractions of the supplied energy that each existing sink dissipated."""
     shares = {sink: history.numbers.get(f"share_{sink}", math.nan) for sink in WAYS}
     return {sink: share for sink, share in shares.items() if np.isfinite(share)}

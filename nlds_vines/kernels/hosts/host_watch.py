@@ -34,7 +34,7 @@ from .grid import exponential, growth_of, matrix_of, pairs_of, times
 DERIVATIVES = 6  # of V that are bounded, from V itself to the 4th derivative of X''
 DEGREE = 2 * HIGHEST  # of an energy's polynomial
 SHORTEST = 2.0**-12  # interval with a peak: its height errs by less than SHORTEST^3 max |f'''|
-GRAM_TERMS = 60  # of a series over a smallest cell, whose terms are below 1.4^k / k!
+GRAM_TERMS = 28  # of a series over a smallest cell, whose terms are below 1.4^k / k!
 
 
 class HostRecords(NamedTuple):

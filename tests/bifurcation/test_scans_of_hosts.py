@@ -18,7 +18,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.starts import Start
-from nlds_vines.plotting.style import setting_label
+from nlds_vines.plotting.style import axis_label, setting_label
 from nlds_vines.runs.executors import use_threads
 from scans import archived, computed
 
@@ -244,6 +244,8 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         (legend,) = filter(None, (panel.get_legend() for panel in nv.plot(path).axes))
         words = [text.get_text() for text in legend.get_texts()]
         assert words == ["wall a+", "wall a-", "wall b-"]
+        assert axis_label("a.gap+") == "gap at rest of a, wall + [m]"
+        assert axis_label("a.k") == r"stiffness of the spring of a ${k}_{\mathrm{a}}$ [N/m]"
         assert setting_label("a.gap", 0.006) == r"$\mathrm{gap}_{\mathrm{a}}=0.006$ m"
 
 

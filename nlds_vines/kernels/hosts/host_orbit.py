@@ -198,12 +198,16 @@ def run_host(body, walls, contacts, span, state, section, impacts, records):
     whole = new_host_state(flow)
     place_host_state(flow, state, whole)
     watch = host_watch(flow.host.body, flow.host.grid, records)
-    status = loop(bare(flow.host), None, bare(watch), span, bare(whole), section)
+    status = run(flow, None, watch, span, whole, section)
     for i in range(len(state)):
         state[i] = whole[i]
-    if records is not None:
-        watch.is_on[0] = 0.0  # the arrays of `watch` are in use up to here
     return status
+
+
+@jit
+def run(flow, varied, watch, span, state, section):
+    """Call `loop` with bare rows, whose arrays the caller's variables hold until it returns."""
+    return loop(bare(flow.host), bare(varied), bare(watch), span, bare(state), section)
 
 
 @jit
@@ -212,7 +216,7 @@ def run_on_host(flow, rows, periods, state):
 
     rows: rows for the sections, as far as there is room.
     """
-    return loop(bare(flow.host), None, None, Span(0, periods, 1), bare(state), rows)
+    return run(flow, None, None, Span(0, periods, 1), state, rows)
 
 
 @jit
@@ -223,17 +227,12 @@ def advance_host(flow, rows, periods, tangent, state):
     Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
     values of all calls. Returns a status.
     """
-    host, whole = bare(flow.host), varied_of(flow.host.body, tangent, flow.clearance)
-    varied, counts, status = bare(whole), flow.host.impacts.counts, OK
-    read_contacts(host.walls, host.contacts, bare(state), flow.space.size)
-    vary_on_hold(host.body, host.walls, host.contacts, varied)
+    varied, status = varied_of(flow.host.body, tangent, flow.clearance), OK
     for p in range(periods):
-        counts[:] = 0
-        status = loop(host, varied, None, Span(0, 1, 1), bare(state), rows[p:])
+        status = run(flow, varied, None, Span(0, 1, 1), state, rows[p:])
         if status != OK:
             break
-        flow.by_period[p] = counts
-    whole.free[:] = 0.0  # the arrays of `whole` are in use up to here
+        flow.by_period[p] = flow.host.impacts.counts
     return status
 
 
@@ -243,6 +242,8 @@ def loop(host, varied, watch, span, state, section):
     size, period, y = host.body.size, grid.h * grid.cells, state
     points = min(len(section), span.stops * (span.first + span.periods))
     read_contacts(walls, contacts, state, 2 * size)
+    if varied is not None:
+        vary_on_hold(host.body, walls, contacts, varied)
     for p in range(span.first + span.periods):
         if p == span.first:  # impacts that have begun before are not recorded
             impacts.filled[0] = 0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support import as_host
+from test_hosts import matrices_of, random_system
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
@@ -77,7 +78,7 @@ def test_hosts_of_all_laws_have_the_multipliers_of_kinds(name, changes, label, m
         np.testing.assert_allclose(regime.exponents, exact, rtol=1e-4)
 
 
-def test_chaos_and_transient_chaos_of_a_host():
+def test_motions_of_a_host_without_a_period():
     chaos = judged(SET6, omega=7.4, K=2.5e7)
     assert chaos.label == "chaos"
     assert 0.0 < chaos.lyapunov - chaos.lyapunov_width < chaos.lyapunov < 0.06
@@ -87,6 +88,10 @@ def test_chaos_and_transient_chaos_of_a_host():
     assert passing.label == "transient chaos to T,0"
     assert passing.settling > 50
     assert passing.transient_lyapunov - passing.transient_lyapunov_width > 0.0
+    torus = judged("ssbl", omega=7.5, c2=5.0)
+    assert torus.label == "quasiperiodic"
+    assert abs(torus.lyapunov) < torus.lyapunov_width
+    assert torus.averaging > 7.0
 
 
 def twins(system):
@@ -153,6 +158,38 @@ def test_a_free_linear_host_has_the_multipliers_of_its_eigenvalues():
     )
     response = frame.frequency_response(14.0, force={"roof": 1e3})
     np.testing.assert_allclose(regime.point[::2], response.real, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "label"), [(0, "2T,9 (4+3+2)"), (1, "T,1 (1+0+0)"), (11, "T,1")])
+def test_the_evidence_of_random_hosts_is_that_of_their_orbits(seed, label):
+    """Closing orbits, the divergence of the flow, and multipliers beside differences of orbits."""
+    system = random_system(seed)
+    regime = nv.classify(system, transient=800, tolerance=1e-12, quiet=True)
+    assert regime.label == label
+
+    def image(point):
+        return nv.simulate(system, regime.period, start=point, tolerance=1e-12, quiet=True).state
+
+    size, scale = len(regime.point), np.abs(regime.point)
+    assert np.abs(image(regime.point) - regime.point).max() < 1e-12 * scale.max()
+    M, C, *_ = matrices_of(system)
+    divergence = -np.trace(np.linalg.solve(M, C))
+    walls = [wall for damper in system.dampers for wall in damper.walls]
+    is_dissipating = any(wall.is_damped or wall.law not in ("hertz", "power") for wall in walls)
+    missing = divergence - regime.exponents.sum()
+    assert missing > 0.01 if is_dissipating else abs(missing) < 1e-6 * abs(divergence)
+    if size > 12:
+        return
+    slopes = []
+    for h in (4e-6, 2e-6):
+        sides = [
+            [image(regime.point + sign * h * scale[i] * np.eye(size)[i]) for i in range(size)]
+            for sign in (1, -1)
+        ]
+        slopes.append((np.array(sides[0]) - sides[1]).T / (2 * h * scale))
+    matrix = slopes[1] + (slopes[1] - slopes[0]) / (2**2.5 - 1)
+    moduli = np.sort(np.abs(np.linalg.eigvals(matrix)))
+    np.testing.assert_allclose(moduli, np.sort(np.abs(regime.multipliers)), rtol=0, atol=1e-6)
 
 
 def test_refusals_of_hosts():

@@ -85,9 +85,12 @@ def contents(
     dims = (first, *(axis.name for axis in request.vary))
     shape = (len(request.systems), *request.shape)
     status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
+    last = [(status, arrays["status"].reshape(shape))]
+    for name, values in request.columns.items() if request.sampled else ():
+        last.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
     if request.has_hosts:
         own, datasets = contents_of_hosts(request, arrays, dims)
-        return [*scales, *own], [*datasets, (status, arrays["status"].reshape(shape))]
+        return [*scales, *own], [*datasets, *last]
     table = {entry.name: (dims, entry.unit, entry.words) for entry in OF_LOADS}
     if not request.vary:
         table |= {name: ((*dims, "time"), *words) for name, words in HISTORIES.items()}
@@ -96,10 +99,7 @@ def contents(
         for name, (of, unit, words) in table.items()
         if np.isfinite(arrays[name]).any()
     ]
-    datasets.append((status, arrays["status"].reshape(shape)))
-    for name, values in request.columns.items() if request.sampled else ():
-        datasets.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
-    return scales, datasets
+    return scales, [*datasets, *last]
 
 
 def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -> Arrays:

@@ -117,6 +117,12 @@ def test_a_scan_of_loads_on_a_host_has_the_numbers_of_single_histories(quake):
         assert scan[name][0, 1, 1] == pytest.approx(value, nan_ok=True), name
     assert scan["cell.impact_count"][0, 0, 1] > scan["cell.impact_count"][0, 1, 0] > 0
     scan.plot()
+    samples = {"cell.gap": np.array([0.03, 0.01]), "scale": np.array([2.0, 1.0])}
+    sampled = nv.response_history(
+        system, load="quake.csv", duration=6.0, samples=samples, quiet=True
+    )
+    assert sampled["roof.x_max"][0].tolist() == scan["roof.x_max"][0, [1, 0], [1, 0]].tolist()
+    assert sampled.to_dataframe()["cell.gap"].tolist() == [0.03, 0.01]
 
 
 def test_a_blow_from_a_file_and_a_start_decay(here, answer):

@@ -39,7 +39,7 @@ from .walls import (
 
 # columns of dr and ds of the variation under way, and one with the impulse by dr [N s/m] that the
 # series of a step misses
-VARIED_S, MISSED = VARIED + 1, VARIED + 2
+VARIED_S, WITHOUT_SERIES = VARIED + 1, VARIED + 2
 
 
 class Varied(NamedTuple):
@@ -111,11 +111,11 @@ def vary_step(body, walls, contacts, varied, weights, x):
             steepen(walls, wall, k, n)
             stiff += abs(k[SERIES + COLUMNS * n + STIFF])
         # from a touch on a force z^n may have no series; z = s t there, and F_z dt = dF / s
-        k[SERIES + MISSED] = 0.0
+        k[SERIES + WITHOUT_SERIES] = 0.0
         if walls.law[wall] == IS_POWER and stiff == 0.0:
             s = walls.signs[wall] * along(body, walls.links[wall], contacts.end, 0)[1]
             seen = look(walls, wall, contacts.q[wall], s, 0.0, body.omega)
-            k[SERIES + MISSED] = contacts.pushes[wall] * seen.force / s if s > 0.0 else 0.0
+            k[SERIES + WITHOUT_SERIES] = contacts.pushes[wall] * seen.force / s if s > 0.0 else 0.0
     for column in range(2 * size):
         y = from_place(varied.rows, 2 * size * column)
         for i in range(2 * size):
@@ -147,7 +147,7 @@ def vary_step(body, walls, contacts, varied, weights, x):
             for i in range(2 * size):
                 y[i] = y[i] * x + S[width * n + i]
         for c in range(active[0]):
-            missed = scratch_of(contacts, active[1 + c])[SERIES + MISSED]
+            missed = scratch_of(contacts, active[1 + c])[SERIES + WITHOUT_SERIES]
             if missed > 0.0:
                 r, _ = along(body, walls.links[active[1 + c]], y, 0)
                 push_link(body, walls.links[active[1 + c]], missed * r, y, size)

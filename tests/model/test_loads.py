@@ -190,6 +190,14 @@ def test_numbers_of_a_load_can_be_changed(error_of):
         assert name.partition(".")[0] in error_of(loading.with_, {name: 1.0})
 
 
+def test_as_many_tones_as_are_allowed_have_room_of_their_own():
+    frequencies, phases = np.linspace(0.1, 3.0, 100_000), np.linspace(0.0, 0.99, 100_000)
+    begins, rows = 0.02 * np.arange(3), np.empty((3, TERMS))
+    fill_tones(frequencies, phases, begins, np.full(3, 0.02), rows)
+    wanted = np.cos(2 * np.pi * (np.outer(begins, frequencies) + phases)).sum(axis=1)
+    assert rows[:, 0] == pytest.approx(wanted, abs=1e-9)
+
+
 def test_tones_are_as_sharp_after_a_long_time():
     """In cells of one length, and of others in between, beside cosines of 30 digits."""
     frequencies, phases = np.array([0.37, 4.1, 6.3]), np.array([0.1, 0.5, 0.93])

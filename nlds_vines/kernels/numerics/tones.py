@@ -32,8 +32,16 @@ def fill_tones(frequencies, phases, begins, lengths, rows):
     phases (N,) [turns], from 0 to 1, of the tones; begins (n,), none negative, and lengths (n,) of
     the cells [s].
     """
+    # made here, as a bare row does not keep its array
+    table, sums = np.empty(TONE * len(frequencies)), np.empty(COEFFICIENTS + 1)
+    fill_cells(frequencies, phases, begins, lengths, rows, table, sums)
+
+
+@jit
+def fill_cells(frequencies, phases, begins, lengths, rows, table, sums):
+    """Fill the rows of `fill_tones`; table (TONE N,) and sums (COEFFICIENTS + 1,): scratch."""
     count, n = len(frequencies), len(begins)
-    w, sums = bare(np.empty(TONE * count)), bare(np.empty(COEFFICIENTS + 1))
+    w, sums = bare(table), bare(sums)
     slack = SAME_CELL * (begins[n - 1] + lengths[n - 1]) if n > 0 else 0.0
     h, since = -1.0, 0
     for j in range(n):

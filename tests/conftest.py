@@ -50,6 +50,19 @@ FIRST = (
 APART = ("contract/test_plain.py", "contract/test_resumed_after_kill.py")
 """Files whose tests share no costly fixture: several workers may run them."""
 
+OF_HOSTS = (
+    "kernels/test_host_verdict.py",
+    "kernels/test_host_variations.py",
+    "kernels/test_hosts.py",
+    "kernels/test_cyclic_chain.py",
+    "kernels/test_host_watch.py",
+    "kernels/test_host_loads.py",
+    "contract/test_host_histories.py",
+    "tuning/test_tuning_of_hosts.py",
+    "bifurcation/test_scans_of_hosts.py",
+)
+"""Files that need the kernels of hosts: one worker runs them, and compiles these kernels once."""
+
 SECONDS = 3.0
 """CPU time of a test without a mark."""
 
@@ -62,12 +75,14 @@ MANY = 300
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Hand out whole files, as `--dist loadfile` does, but the tests of `APART` one by one."""
+    """Hand out whole files, but the tests of `APART` one by one, and those of hosts together."""
     from xdist.scheduler import LoadScopeScheduling
 
     class FilesAndTests(LoadScopeScheduling):
         def _split_scope(self, nodeid):
             file = nodeid.split("::")[0]
+            if file.endswith(OF_HOSTS):
+                return "hosts"
             return nodeid if file.endswith(APART) else file
 
     return FilesAndTests(config, log)
@@ -76,17 +91,18 @@ def pytest_xdist_make_scheduler(config, log):
 def pytest_collection_modifyitems(config, items):
     """Leave tests marked `plain` to a process without the compiler, and order the others.
 
-    The files of `FIRST` come first, then those of many tests; pytest-xdist hands out files.
+    The files of `OF_HOSTS` and `FIRST` come first, then those of many tests.
     """
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":
         plain = {item for item in items if item.get_closest_marker("plain")}
         config.hook.pytest_deselected(items=[*plain])
         items[:] = [item for item in items if item not in plain]
-    if missing := [name for name in FIRST if not (TESTS / name).exists()]:
+    first = (*OF_HOSTS, *FIRST)
+    if missing := [name for name in first if not (TESTS / name).exists()]:
         raise pytest.UsageError(f"{__file__} names files that are not there: {missing}")
-    rank = {TESTS / name: place for place, name in enumerate(FIRST)}
+    rank = {TESTS / name: place for place, name in enumerate(first)}
     count = Counter(item.path for item in items)
-    items.sort(key=lambda item: (rank.get(item.path, len(FIRST)), -count[item.path], item.path))
+    items.sort(key=lambda item: (rank.get(item.path, len(first)), -count[item.path], item.path))
 
 
 def pytest_collection_finish(session):

@@ -521,8 +521,10 @@ def try_period(flow, course, n, apart, evidence):
     row[ev.SETTLING] = settling_period(flow, course, cycle)
     for wall in range(len(counts)):
         evidence.impacts[wall] = counts[wall]
-    evidence.monodromy[:] = tangent
-    evidence.point[:] = y
+    for i in range(len(tangent)):
+        evidence.monodromy[i] = tangent[i]
+    for i in range(len(y)):
+        evidence.point[i] = y[i]
     return FOUND
 
 

@@ -35,7 +35,6 @@ FIRST = (
     "continuation/test_branches.py",
     "contract/test_resumed_after_kill.py",
     "contract/test_same_bits.py",
-    "contract/test_readme.py",
     "property/test_limit.py",
     "portrait/test_portrait.py",
     "continuation/test_closed_forms.py",
@@ -44,6 +43,7 @@ FIRST = (
     "contract/test_cache.py",
     "orbits/test_classification.py",
     "contract/test_determinism.py",
+    "contract/test_readme.py",  # when the kernels of hosts are compiled, which its pages need
 )
 """Files below `tests` that take longest, in whatever tier: they run first."""
 

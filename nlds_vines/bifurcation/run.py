@@ -34,7 +34,7 @@ from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import recorded
 from nlds_vines.orbits import records, responses
-from nlds_vines.orbits.batch import Wanted, agreement, spectra_of
+from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.host_batch import kernels_for
 from nlds_vines.orbits.solver_settings import most_watched
@@ -163,8 +163,9 @@ class Computer:
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
         self.kernels = kernels_for(scan.system, wanted, tell, of=scan.of, helped=helped)
-        traced = replace(wanted, want=("section",))
-        self._traced = kernels_for(scan.system, traced, tell, helped=helped)
+        self._traced: Kernels | None = None  # for the states of spectra, which hosts do not have
+        if scan.spectral is not None:
+            self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -204,7 +205,8 @@ class Computer:
         if scan.start.policy == "random":
             states = self.kernels.user_states(chains[:, 0], starts)
             arrays["start_state"] = states[:, np.newaxis]
-        if (spectral := scan.spectral) is not None:  # the same at more instants
+        # the same at more instants
+        if (spectral := scan.spectral) is not None and self._traced is not None:
             span = Span(scan.transient, scan.periods, spectral.samples)
             states, status = self._traced.states(chains, starts, span)
             spectra = spectra_of(spectral, states, status == records.OK, scan.transient)

@@ -14,7 +14,15 @@ from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import METHOD, Kernels, Outcome, Outputs, Wanted, on_threads
+from nlds_vines.orbits.batch import (
+    COUNTED,
+    METHOD,
+    Kernels,
+    Outcome,
+    Outputs,
+    Wanted,
+    on_threads,
+)
 from nlds_vines.orbits.host_orbits import (
     RESPONSE,
     HostOrbits,
@@ -92,12 +100,6 @@ class HostKernels:
         """Return starts, which are in the user's coordinates."""
         return states
 
-    def states(
-        self, sweeps: np.ndarray, starts: np.ndarray, span: Span
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return states (sweeps, cells, periods stops, components) and status."""
-        raise NotImplementedError
-
     def _sweep(
         self, begin: int, end: int, sweeps: np.ndarray, starts: np.ndarray, span: Span, out: Outputs
     ) -> None:
@@ -163,20 +165,29 @@ class HostBatch:
     def __init__(
         self, system: HostSystem, tolerance: float, objective: str, tell: Tell | None = None
     ) -> None:
-        self._system, self._tell = system, tell
-        self._tolerance = Settings.of(METHOD, tolerance).stepped_to
+        self._system = system
         row, _, self._quantity = objective.rpartition(".")
-        self._rows = (row,) if row else ()
+        want = ("energy", COUNTED, *(("response",) if row else ()))
+        settings = Settings.of(METHOD, tolerance)
+        wanted = Wanted(system.scene, want, METHOD, "quick", settings)
+        self._kernels = HostKernels(system, wanted, tell, (row,) if row else ())
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one orbit for each of the cells (...) from `starts` (..., components)."""
-        compile_host(self._tell, has_records=True)
-        columns = np.zeros((cells.size, 4))
-        starts = starts.reshape(cells.size, -1)
-        arguments = cells.ravel(), starts, Span(transient, periods, 1), columns
-        on_threads(self._orbits, arguments, cells.size, 1, MOST_AT_ONCE)
-        objective, E2max, status, impacts = (column.reshape(cells.shape) for column in columns.T)
-        return Outcome(objective, E2max, status, np.zeros(cells.shape), impacts / periods)
+        shape = cells.shape
+        outputs = self._kernels.run(
+            cells.reshape(-1, 1), starts.reshape(cells.size, -1), transient, periods
+        )
+        energy, response = outputs.buffers.energy[:, 0], outputs.buffers.response
+        E2max = energy[:, 1:].max(axis=1)
+        values = {"E1max": energy[:, 0], "E2max": E2max}
+        if response is not None:
+            values |= dict(zip(OF_ROWS, response[:, 0, 0].T, strict=True))
+        rate = outputs.by_wall.sum(axis=-1).reshape(shape) / periods
+        return Outcome(
+            values[self._quantity].reshape(shape), E2max.reshape(shape),
+            outputs.status.reshape(shape), np.zeros(shape), rate,
+        )  # fmt: skip
 
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         """Return starts (..., draws, components) of the cells (...), of draws from [-1, 1)."""
@@ -185,26 +196,6 @@ class HostBatch:
             for cell in cells.ravel()
         ]
         return np.reshape(states, (*cells.shape, *draws.shape))
-
-    def _orbits(
-        self, begin: int, end: int, cells: Any, starts: np.ndarray, span: Span, out: np.ndarray
-    ) -> None:
-        """Fill the rows (objective, E2max, status, impacts) of orbits `begin` to `end` - 1."""
-        for i in range(begin, end):
-            interrupts.check()
-            try:
-                orbits = HostOrbits(in_cell(self._system, cells[i]), self._tolerance)
-            except RequestError:
-                out[i, 2] = BAD_PARAMETERS
-                continue
-            records: Any = orbits.records(True, self._rows)
-            state = orbits.start(starts[i], is_put_on_walls=True)
-            code, _, impacts = orbits.follow(state, span, records)
-            E1, E2 = energies_of(records, orbits.system)
-            values = {"E1max": E1, "E2max": E2.max(initial=0.0)}
-            for row in response_of(records, span.periods * orbits.system.period):
-                values |= dict(zip(OF_ROWS, row.tolist(), strict=True))
-            out[i] = values[self._quantity], values["E2max"], code, impacts.filled[0]
 
 
 def in_cell(system: HostSystem, cell: Any) -> HostSystem:

@@ -75,9 +75,9 @@ def response_history(
     **tables
         Tables of a request file, which override the source: `load`, a table or the path of a
         record; `set={"c1": 100.0}`; `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary`
-        makes a scan; of a host `of`, the displacements whose response is told, such as "roof", a
-        damper's mass "cell" or "roof-floor2"; `samples`, arrays, a DataFrame or a CSV file with one
-        set of parameters or numbers of the load a row, makes a scan over the dimension `sample`.
+        makes a scan. For a host, `of` names the displacements to report, such as "roof", a damper's
+        mass "cell" or "roof-floor2". `samples` (arrays, a DataFrame or a CSV file, in each row one
+        set of parameters or numbers of the load) makes a scan over the dimension `sample`.
 
     Returns
     -------

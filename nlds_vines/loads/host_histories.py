@@ -33,7 +33,7 @@ IMPACT_COLUMNS = {
 
 
 def displacements_of(request: HistoryRequest) -> tuple[str, ...]:
-    """Return the names of the rows that a request tells: by default where dampers hang."""
+    """Return the displacements that a request reports: by default where dampers hang."""
     if request.of:
         return request.of
     ends = [damper.attached_to for system in request.systems for damper in system.dampers]

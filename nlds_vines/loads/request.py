@@ -82,7 +82,7 @@ class HistoryRequest(Request):
     samples : int, optional
         States in each natural period of the structure.
     of : tuple of str, optional
-        Displacements of a host whose response is told, as `simulate` takes them.
+        Displacements of a host whose response is reported, as `simulate` takes them.
     settle : float, optional
         Time [s] that the rms of x1 leaves out.
     tolerance : float or str, optional
@@ -122,8 +122,8 @@ class HistoryRequest(Request):
     )
     of: tuple[str, ...] = setting(
         (), Checked(_names, listed=True), "sampling",
-        "displacements of a host whose response is told: a degree of freedom `roof`, a damper's "
-        "mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
+        "displacements of a host whose response is reported: a degree of freedom `roof`, a "
+        "damper's mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
     )  # fmt: skip
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling", "time that the rms of x1 leaves out [s]", "SECONDS",

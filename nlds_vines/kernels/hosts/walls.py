@@ -1,4 +1,4 @@
-"""The walls of a host, each with a contact law of its own, and the state and forces of contacts.
+"""The walls of a host with their contact laws, and the state and the forces of contacts.
 
 Walls of all laws stand in the same rows; a law is a number that chooses the law's kernels, so that
 one compilation serves all hosts.

@@ -6,8 +6,8 @@ linearized contact in between (`inside`, or `taylor` for a stepped one). The der
 periods is the monodromy matrix of an nT orbit. Its determinant is exp(n T tr A) for every orbit, if
 contacts dissipate nothing.
 
-Kernels marked `by_flow` are those for one structure and one damper. Hosts have their own, of the
-same names (`host_space`, `host_orbit`); all others serve states of any size.
+Kernels marked `by_flow` are for one structure with one damper; for hosts those of the same names in
+`host_space` and `host_orbit` replace them. All others serve states of any size.
 """
 
 from __future__ import annotations

@@ -74,6 +74,7 @@ sphinx_gallery_conf = {
     "examples_dirs": str(WORK),
     "gallery_dirs": "_gallery",
     "filename_pattern": r"\.py$",
+    "parallel": os.cpu_count(),
     "within_subsection_order": "FileNameSortKey",
     "thumbnail_size": (480, 340),
     "image_scrapers": ("matplotlib", "pictures.written_pictures"),

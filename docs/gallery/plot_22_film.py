@@ -12,7 +12,7 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 
 import nlds_vines as nv
 
-FRAMES = 24  # in each period of the force
+FRAMES = 12  # in each period of the force
 system = nv.load_system("ssul-set6", omega=7.45)
 orbit = nv.simulate(system, 4, transient=400, record=["trajectory"], samples=FRAMES, quiet=True)
 table = orbit.to_dataframe()
@@ -35,5 +35,7 @@ def draw(frame):
     return structure, damper, now
 
 
+figure.draw_without_rendering()
+figure.set_layout_engine("none")  # the layout stays as it is
 film = FuncAnimation(figure, draw, frames=np.arange(len(time)), blit=False)
 film.save("film.gif", writer=PillowWriter(fps=FRAMES))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,15 +12,17 @@ from sphinx_gallery.scrapers import figure_rst
 
 
 def written_pictures(block: Any, variables: Mapping[str, Any], settings: Mapping[str, Any]) -> str:
-    """Return the part of a page that shows the new PNG files beside an example.
+    """Return the part of a page that shows the PNG files that a block of code names and wrote.
 
-    They are moved to the pictures of the gallery, so that each is shown once: below the code that
-    has written it.
+    They are moved to the pictures of the gallery. Other examples write theirs into the same folder
+    at the same time.
     """
     beside = Path(variables["src_file"]).parent
+    _, code, _ = block
     shown = []
-    for path in sorted(beside.glob("*.png"), key=lambda path: path.stat().st_mtime_ns):
-        place = next(variables["image_path_iterator"])
-        shutil.move(path, place)
-        shown.append(place)
+    for path in (beside / name for name in re.findall(r'"([\w-]+\.png)"', code)):
+        if path.exists():
+            place = next(variables["image_path_iterator"])
+            shutil.move(path, place)
+            shown.append(place)
     return figure_rst(shown, settings["src_dir"])

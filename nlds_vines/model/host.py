@@ -590,7 +590,7 @@ def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options
     Raises
     ------
     RequestError
-        For a mass or a stiffness that is not > 0, and for different numbers of them.
+        For a mass that is not > 0, a negative stiffness, and for different numbers of them.
 
     Examples
     --------
@@ -599,7 +599,10 @@ def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options
     >>> frame.dofs, (frame.frequencies / 6.2831853).round(2)
     (('floor1', 'floor2', 'roof'), array([2.  , 5.61, 8.11]))
     """
-    floors = [f"floor{i + 1}" for i in range(_vector("masses", masses).size - 1)]
+    m, k = _vector("masses", masses), _vector("stiffnesses", stiffnesses, least=0.0)
+    if m.size != k.size:
+        raise RequestError(f"{k.size} stiffnesses do not fit {m.size} masses")
+    floors = [f"floor{i + 1}" for i in range(m.size - 1)]
     return chain(masses, stiffnesses, **{"dofs": [*floors, "roof"], **options})
 
 
@@ -889,14 +892,14 @@ def _matrix(name: str, value: Any) -> Any:
             raise RequestError(f"{name} = {shown(str(value))} cannot be read: {error}") from None
     if not scipy.sparse.issparse(value):
         try:
-            value = np.array(value, dtype=float)
+            value = _numbers(value)
         except (TypeError, ValueError, OverflowError):
             raise RequestError(f"{name} = {shown(value)} must be a matrix of numbers") from None
     if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
         raise RequestError(f"{name} has the shape {value.shape}; it must be square")
     entries = scipy.sparse.coo_array(value)
     if np.iscomplexobj(entries.data) or not np.isfinite(entries.data).all():
-        raise RequestError(f"{name} holds a value that is no finite number")
+        raise RequestError(f"{name} holds a value that is no finite real number")
     difference = scipy.sparse.coo_array(entries - entries.T)
     worst = np.abs(difference.data).argmax() if difference.nnz else 0
     if difference.nnz and abs(difference.data[worst]) > _ASYMMETRY * np.abs(entries.data).max():
@@ -909,20 +912,25 @@ def _matrix(name: str, value: Any) -> Any:
     return symmetric.toarray() if value.shape[0] <= MOST_DENSE else symmetric
 
 
+def _numbers(value: Any) -> np.ndarray:
+    """Return an array of floats, or of complex numbers, whose imaginary parts a cast would drop."""
+    return np.array(value, dtype=complex if np.iscomplexobj(value) else float)
+
+
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
     try:
-        vector = np.array(value, dtype=float)
+        vector = _numbers(value)
     except (TypeError, ValueError, OverflowError):
         raise RequestError(f"{name} = {shown(value)} must be numbers") from None
     is_sound = vector.ndim == 1 and vector.size > 0 and np.isfinite(vector).all()
-    if not is_sound or (vector < least).any():
+    if np.iscomplexobj(vector) or not is_sound or (vector < least).any():
         bound = "" if least == -np.inf else f" >= {least:g}"
         raise RequestError(f"{name} = {shown(value)} must be finite numbers{bound}")
     return vector
 
 
 def _sequence(name: str, values: Any) -> tuple[Any, ...]:
-    if isinstance(values, str) or not isinstance(values, Sequence):
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         raise RequestError(f"{name} = {shown(values)} must be a list")
     return tuple(values)
 

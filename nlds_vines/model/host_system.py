@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -45,6 +46,10 @@ if TYPE_CHECKING:
 
 ALL = "all"  # of the influence of the ground: that of the host
 PLACE = "attached_to"  # the key of a damper's place, which is no number
+
+
+def _are(kind: type, values: object) -> bool:
+    return isinstance(values, Sequence) and all(isinstance(value, kind) for value in values)
 
 
 class Wall:
@@ -163,9 +168,9 @@ class Damper:
         with at(f"damper {self.name!r}"):
             has_mass, ends = isinstance(self.attached_to, str), self.attached_to
             is_pair = isinstance(ends, list | tuple) and [*map(type, ends)] == [str, str]
-            if not (has_mass or is_pair):
+            if not (has_mass or (is_pair and ends[0] != ends[1])):
                 raise RequestError(
-                    f"attached_to = {shown(self.attached_to)} must be a degree of freedom or two"
+                    f"attached_to = {shown(self.attached_to)} must be a degree of freedom or two different ones"
                 )
             if has_mass == (self.m is None):
                 raise RequestError(
@@ -176,9 +181,9 @@ class Damper:
             for name in ("k", "c"):
                 if number(name, getattr(self, name)) < 0:
                     raise RequestError(f"{name} = {getattr(self, name):g} must be >= 0")
-            walls = tuple(self.walls)
-            if not all(isinstance(wall, Wall) for wall in walls):
+            if not _are(Wall, self.walls):
                 raise RequestError(f"walls = {shown(self.walls)} must be a list of Wall")
+            walls = tuple(self.walls)
             sides = [wall.side for wall in walls]
             if len(set(sides)) < len(sides):
                 raise RequestError("two walls are on one side; allowed: one on each")
@@ -661,7 +666,9 @@ class HostSystem(Outlined):
                 raise RequestError(f"on is missing, the degree of freedom of the force: {names}")
             on = dofs[0]
         factors = {on: 1.0} if isinstance(on, str) else dict(on)
-        return replace(self, force=MappingProxyType(table("on", factors, dofs)), acceleration=0.0)
+        for dof in factors:
+            choice("degree of freedom in on", dof, dofs)
+        return replace(self, force=MappingProxyType(factors), acceleration=0.0)
 
 
 def system_from_host(
@@ -692,12 +699,19 @@ def system_from_host(
             host = with_influence(host, table("influence", influence))
         acceleration = number("acceleration", base.get("acceleration"))
     else:
-        for dof, P in table("force", force, host.dofs).items():
+        for dof, P in table("force", force).items():
+            choice("degree of freedom of the force", dof, host.dofs)
             forces[dof] = number(f"force.{dof}", P)
+    if not _are(Damper, dampers):
+        raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
     # dampers with a mass come first, as the links of kernels do
-    ordered = sorted(dampers, key=lambda damper: getattr(damper, "m", None) is None)
+    ordered = tuple(sorted(dampers, key=lambda damper: damper.m is None))
     check_places(host, ordered)
-    return HostSystem(host, tuple(ordered), MappingProxyType(forces), acceleration, float(omega))
+    system = HostSystem(host, ordered, MappingProxyType(forces), acceleration, float(omega))
+    name, count = Counter(system.scene.components).most_common(1)[0]
+    if count > 1:
+        raise RequestError(f"{name!r} names two components of states: take another name")
+    return system
 
 
 def host_system_from(
@@ -767,8 +781,6 @@ def check_places(host: Host, dampers: Sequence[Damper]) -> None:
     """Refuse a name that stands twice, and a place that the host does not have or that rests."""
     names = list(host.dofs)
     for damper in dampers:
-        if not isinstance(damper, Damper):
-            raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
         if damper.name in names:
             raise RequestError(f"damper {damper.name!r}: the name is taken")
         names.append(damper.name)

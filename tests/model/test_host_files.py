@@ -165,7 +165,11 @@ WRONG = [
     ("f = 2.0", "", r"\[system.force\]: one of omega and f must be given"),
     ("f = 2.0", "phase = 2.0", r"\[system.force\]: unknown key 'phase'"),
     ("f = 2.0", "f = 2.0\nbase = { acceleration = 1.0 }", "needs one of force and base"),
-    ("at = { roof", "at = { top", r"unknown key 'top'; allowed: floor1, floor2, roof"),
+    (
+        "at = { roof",
+        "at = { top",
+        r"unknown degree of freedom of the force 'top'; allowed: floor1, floor2, roof",
+    ),
     ("cell.k = 200.0", "cell.kk = 2", r"\[set\]: damper 'cell': unknown parameter 'kk'"),
     ("[system.force]", "[system.load]", r"\[system\]: unknown key 'load'"),
 ]

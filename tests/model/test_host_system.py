@@ -122,3 +122,35 @@ def test_wrong_replacements_are_refused_in_one_line(changes, message):
 def test_names_of_dampers_stand_in_others(name):
     with pytest.raises(nv.RequestError, match=r"^name = "):
         nv.Damper(name, "roof", m=1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: nv.Damper("a", "roof", m=1.0, walls=nv.Wall(0.1, K=1e7)),
+            "walls = .* must be a l",
+        ),
+        (lambda: nv.Damper("a", ("roof", "roof")), "must be a degree of freedom or two different"),
+        (
+            lambda: nv.System.from_host(FRAME, CELL, force={}, omega=1.0),
+            "dampers = .* must be a li",
+        ),
+        (
+            lambda: nv.System.from_host(FRAME, [nv.Damper("v_roof", "roof", m=1.0)]),
+            "'v_roof' names two components of states",
+        ),
+        (
+            lambda: nv.System.from_host(FRAME.reduced(2), [nv.Damper("mode1", "roof", m=1.0)]),
+            "'mode1' names two components of states",
+        ),
+        (
+            lambda: nv.System.from_host(FRAME, force={"rof": 1.0}, omega=1.0),
+            "unknown degree of freedom of the force 'rof'",
+        ),
+    ],
+)
+def test_wrong_systems_are_refused_in_one_line(call, message):
+    with pytest.raises(nv.RequestError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)

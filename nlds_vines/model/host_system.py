@@ -170,7 +170,8 @@ class Damper:
             is_pair = isinstance(ends, list | tuple) and [*map(type, ends)] == [str, str]
             if not (has_mass or (is_pair and ends[0] != ends[1])):
                 raise RequestError(
-                    f"attached_to = {shown(self.attached_to)} must be a degree of freedom or two different ones"
+                    f"attached_to = {shown(self.attached_to)} must be a degree of freedom, or two "
+                    "different ones"
                 )
             if has_mass == (self.m is None):
                 raise RequestError(

@@ -131,7 +131,7 @@ def test_names_of_dampers_stand_in_others(name):
             lambda: nv.Damper("a", "roof", m=1.0, walls=nv.Wall(0.1, K=1e7)),
             "walls = .* must be a l",
         ),
-        (lambda: nv.Damper("a", ("roof", "roof")), "must be a degree of freedom or two different"),
+        (lambda: nv.Damper("a", ("roof", "roof")), "must be a degree of freedom, or two different"),
         (
             lambda: nv.System.from_host(FRAME, CELL, force={}, omega=1.0),
             "dampers = .* must be a li",

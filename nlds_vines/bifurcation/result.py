@@ -186,6 +186,11 @@ def recorded_start(
         words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
         words = "the start of the sliders" if moved else words or "the given state"
     cell = np.atleast_1d(system.cells())
+    if scan.system.kind == HOST:
+        from nlds_vines.orbits.host_batch import host_starts  # with kernels
+
+        state = host_starts(system, cell, scan.start, np.array([lane]))
+        return CellStart(tuple(state[0].tolist()), words)
     state = own_states(scan, cell, initial, np.array([lane]))
     state = starts.put_on_walls(cell, state, system.scene)
     return CellStart(tuple(starts.user_states(cell, state, system.scene)[0].tolist()), words)

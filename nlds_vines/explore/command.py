@@ -14,7 +14,6 @@ from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import FREQUENCY, SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice, shown, whole
-from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import most_threads
@@ -50,8 +49,7 @@ def refuse_without_bokeh(command: str) -> None:
 
 
 def refuse_unshown(scan: Scan) -> None:
-    """Raise `RequestError` for a host, and for a table of samples, which has no axes."""
-    without_hosts(scan.system)
+    """Raise `RequestError` for a table of samples, which has no axes."""
     if scan.sampled is not None:
         raise RequestError(
             f"{scan.title}: samples have no axis, so there is no map to click; "

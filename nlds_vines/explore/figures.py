@@ -15,17 +15,20 @@ from bokeh.document import Document
 from bokeh.models import Range1d, Span
 from bokeh.plotting import figure
 
-from nlds_vines.explore.live_orbit import Arrays
+from nlds_vines.explore.live_orbit import Arrays, Curve, curves_of
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, classes_of, label_codes
+from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.host_system import HostScene, HostSystem
 from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.system import System
 from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
 from nlds_vines.portrait.request import panels_of
 
 # colors of the structure, of the harmonic force, and of walls and sections
 BODY, FORCE, WALL = GRAY, HUES["sky"], HUES["vermillion"]
+# those of the displacements of a host, in their order
+_HUES = (BODY, INK, *(HUES[name] for name in ("green", "pink", "orange", "sky")))
 MAP_HEIGHT, DIAGRAM_HEIGHT, STRIP_HEIGHT = 520, 430, 14  # pixels
 _LEFT, _RIGHT = 76, 12  # pixels beside the axes, so that figures one above another are aligned
 _MOST_BOXES = 20_000  # hatched boxes that a browser draws at once
@@ -250,61 +253,59 @@ _TIME, _PLANE, _LOW, _CIRCLE = 132, 230, 196, 146  # pixels
 
 
 class OrbitFigures:
-    """The panels that the orbit of a system can fill; the damper's color is that of all pictures.
+    """The panels that the orbit of a system can fill.
 
-    `wide` and `narrow` are the figures of full and of half width, `planes` the phase planes by the
-    index of their displacement in a state, `walls` the lines of each wall.
+    `wide` and `narrow` are the figures of full and of half width, `planes` the phase planes, each
+    with the number of its curve, `walls` the lines of the walls of each curve.
     """
 
-    def __init__(self, system: System, unit: str | None = RAD) -> None:
-        scene = system.scene
-        color, wall = DAMPERS.get(system.name, INK), WALL
-        if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
-            color = INK
-        elif color in (HUES["vermillion"], HUES["orange"]):
-            wall = HUES["blue"]
-        other = HUES["blue"] if wall == WALL else WALL
-        body = BODY if scene.damper else color
+    def __init__(self, system: AnySystem, unit: str | None = RAD, of: Sequence[str] = ()) -> None:
+        scene, curves = system.scene, curves_of(system, of)
+        shades, wall, by_wall = colors_of(system, curves)
+        drawn = [*zip(curves, shades, strict=True)]
         self.sources: dict[str, models.ColumnDataSource] = {}
-        self.walls: list[list[Span]] = [[] for _ in scene.obstacle(system.parameters)]
+        self.walls: list[list[Span]] = []
         self.wide: list[Any] = []
-        self.time, panels = Range1d(0, 1), panels_of([scene])
-        x, v = ("x₁", "ẋ₁") if "x1" in scene.components else ("x", "ẋ")
+        self.time = Range1d(0, 1)
+        has_force = not isinstance(system, HostSystem) and "force" in panels_of([scene])
 
-        def over_time(name: str, label: str, curves: Mapping[str, str], walls: bool) -> Any:
+        def over_time(name: str, label: str, curves: Mapping[str, str]) -> Any:
             made = plain_figure(name, _TIME, x_range=self.time)
             made.yaxis.axis_label = label
             for column, shade in curves.items():
                 width = 1.0 if column == "harmonic" else 1.3
                 self._draw(made.line, "history", "t", column, line_color=shade, line_width=width)
-            for lines in self.walls if walls else ():
-                lines.append(Span(dimension="width", line_width=1.5, line_color=wall))
-                made.add_layout(lines[-1])
             self.wide.append(made)
             return made
 
-        bodies = {"x1": body} | ({"x2": color} if scene.damper else {})
-        label = f"{x}, x₂ [m]" if scene.damper else f"{x} [m]"
-        over_time("displacement", label, bodies, scene.grounded)
-        if "relative" in panels:
-            over_time("relative", "x₂ − x₁ [m]", {"u": color}, True)
-        if "force" in panels:
-            made = over_time("force", "force [kN]", {"harmonic": FORCE, "force": wall}, False)
+        bodies = {curve.names[0]: shade for curve, shade in drawn if not curve.is_apart}
+        label = ", ".join(curve.symbols[0] for curve in curves if not curve.is_apart)
+        over_time("displacement", f"{label} [m]", bodies)
+        for curve, shade in drawn:
+            if curve.is_apart:
+                name, label = curve.names[0], f"{curve.symbols[0]} [m]"
+                over_time("relative" if name == "u" else name, label, {name: shade})
+            look = {"line_width": 1.5, "line_color": wall}
+            self.walls.append([Span(dimension="width", **look) for _ in curve.walls])
+            for line in self.walls[-1]:
+                self.wide[-1].add_layout(line)
+        if has_force:
+            made = over_time("force", "force [kN]", {"harmonic": FORCE, "force": wall})
             made.yaxis.formatter = models.CustomJSTickFormatter(code="return String(tick / 1000)")
         self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
 
         dots: dict[str, Any] = {"line_color": None, "fill_color": wall, "size": 5}
-        planes = {0: ("phase1", ("x1", "v1"), (x, v), body)}
-        if "phase2" in panels:
-            planes[2] = ("phase2", ("x2", "v2"), ("x₂", "ẋ₂"), color)
-        self.planes = {}
-        for place, (name, points, symbols, shade) in planes.items():
-            made = phase_plane(name, _PLANE, symbols, tools="tap,pan,wheel_zoom,reset,save")
-            look = {"line_color": shade, "line_width": 0.9, "line_alpha": 0.8}
-            self._draw(made.line, name, "x", "v", **look)
-            self._draw(made.scatter, "section", *points, **dots)
-            self.planes[place] = made
-        self.narrow = [*self.planes.values()]
+        self.planes: list[tuple[int, Any]] = []
+        for i, (curve, shade) in enumerate(drawn):
+            if curve.in_plane:
+                name = f"phase{len(self.planes) + 1}"
+                tools = "tap,pan,wheel_zoom,reset,save"
+                made = phase_plane(name, _PLANE, curve.symbols, tools=tools)
+                look = {"line_color": shade, "line_width": 0.9, "line_alpha": 0.8}
+                self._draw(made.line, name, "x", "v", **look)
+                self._draw(made.scatter, "section", *curve.names, **dots)
+                self.planes.append((i, made))
+        self.narrow = [made for _, made in self.planes]
 
         def half(name: str, height: int, across: str, up: str, **settings: Any) -> Any:
             made = plain_figure(name, height, **settings)
@@ -312,16 +313,17 @@ class OrbitFigures:
             self.narrow.append(made)
             return made
 
-        if "impact-section" in panels:  # speed over the phase of the force, by wall
+        if by_wall:  # speed over the phase of the force, by wall
             turn = Range1d(0.0, 2 * np.pi)
             words = "phase at touch φ [rad]", "approach speed [m/s]"
             made = half("touches", _PLANE, *words, x_range=turn)
-            for name, shade in zip(reversed(scene.walls), (wall, other), strict=False):
+            for name, shade in by_wall.items():
                 self._draw(made.scatter, "touches", "phase", name, **dots | {"fill_color": shade})
         across = f"frequency / {'f' if unit == HZ else 'ω'}"
         made = half("spectrum", _LOW, across, "amplitude [m]", y_axis_type="log")
         made.x_range.range_padding = 0
         made.yaxis.ticker.desired_num_ticks = 4
+        color = [*bodies.values()][-1]
         self._draw(made.line, "spectrum", "order", "amplitude", line_color=color)
         ends, angle = (-1.25, 1.25), np.linspace(0, 2 * np.pi, 181)
         made = half(
@@ -333,12 +335,12 @@ class OrbitFigures:
         for made in self.narrow:
             made.css_classes = ["half"]
 
-        entries = [(body, f"{scene.body} {x}")]
-        entries += [(color, "damper x₂")] if scene.damper else []
-        entries += [(wall, "walls and sections t = nT" if self.walls else "section t = nT")]
-        if len(scene.walls) > 1:
-            entries += [(other, f"impacts at the {scene.bodies_struck[0]}")]
-        entries += [(FORCE, "P cos ωt")] if "force" in panels else []
+        entries = [(shade, curve.words) for curve, shade in drawn if curve.words]
+        is_any = any(self.walls)
+        entries += [(wall, "walls and sections t = nT" if is_any else "section t = nT")]
+        if len(by_wall) > 1 and not isinstance(scene, HostScene):
+            entries += [(by_wall["near"], f"impacts at the {scene.bodies_struck[0]}")]
+        entries += [(FORCE, "P cos ωt")] if has_force else []
         self.legend = "".join(chip(shade, words) for shade, words in entries)
 
     def _draw(self, add: Callable[..., Any], panel: str, x: str, y: str, **look: Any) -> None:
@@ -348,7 +350,7 @@ class OrbitFigures:
                 source.add(np.empty(0), name)
         add(x, y, source=source, **look).nonselection_glyph = None
 
-    def put(self, panels: Mapping[str, Arrays], walls: Iterable[float]) -> None:
+    def put(self, panels: Mapping[str, Arrays], curves: Iterable[Curve]) -> None:
         """Show the arrays of an orbit, and the walls at their places; nothing without arrays."""
         if panels and len(times := panels["history"]["t"]):
             begin, end = float(np.floor(times[0])), float(np.ceil(times[-1]))
@@ -360,9 +362,30 @@ class OrbitFigures:
                 data = {c: arrays.get(c, np.empty(0)).astype(np.float32) for c in source.data}
             if any(map(len, data.values())) or any(map(len, source.data.values())):
                 source.data = data
-        for lines, place in zip(self.walls, walls, strict=False):
-            for line in lines:
-                line.location = float(place)
+        for lines, curve in zip(self.walls, curves, strict=False):
+            for line, place in zip(lines, curve.walls, strict=True):
+                line.location = place
+
+
+def colors_of(system: AnySystem, curves: Sequence[Curve]) -> tuple[list[str], str, dict[str, str]]:
+    """Return the colors of curves, of walls and sections, and of the touches of each wall.
+
+    The damper of a kind has its color of all pictures; the touches of a host that of their damper.
+    """
+    scene = system.scene
+    if isinstance(scene, HostScene):
+        shades = [_HUES[i % len(_HUES)] for i in range(len(curves))]
+        own = {curve.words: shade for curve, shade in zip(curves, shades, strict=True)}
+        by_wall = {f"{name}{side}": own.get(f"r of {name}", GRAY) for name, side in scene.of_walls}
+        return shades, WALL, by_wall
+    color, wall = DAMPERS.get(system.name, INK), WALL
+    if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
+        color = INK
+    elif color in (HUES["vermillion"], HUES["orange"]):
+        wall = HUES["blue"]
+    other = HUES["blue"] if wall == WALL else WALL
+    shades = [BODY if scene.damper else color, color, color][: len(curves)]
+    return shades, wall, dict(zip(reversed(scene.walls), (wall, other), strict=False))
 
 
 def phase_plane(name: str, height: int, symbols: tuple[str, str], **settings: Any) -> Any:

@@ -1,7 +1,7 @@
 """One orbit as arrays for the panels of the page, in words, and as files that repeat it.
 
-A portrait run gives the orbit.  `classify` gives its label, which equals the archive's for the same
-start and sampling.  The first orbit imports the kernels.
+`simulate` gives the orbit and `classify` its label, which equals the archive's for the same start
+and sampling.  The first orbit imports the kernels.
 """
 
 from __future__ import annotations
@@ -9,20 +9,24 @@ from __future__ import annotations
 import base64
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalog import catalog
+from nlds_vines.explore.map_data import symbols_of
+from nlds_vines.model.catalog import AnySystem, catalog
+from nlds_vines.model.host_system import HostScene, HostSystem
+from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.system import System
-from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
+from nlds_vines.model.scenes import Scene
+from nlds_vines.orbits.responses import contact_forces, harmonic_force
+from nlds_vines.orbits.spectrum import spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
 from nlds_vines.portrait.result import View
 
@@ -47,6 +51,7 @@ HISTORIES: Mapping[str, str] = {
 
 SAMPLES = 256  # states per period, about five in a contact; the list of impacts has the exact peak
 
+MOST_CURVES = 6  # the most displacements of a host, and the most dampers, that panels show
 MOST_PHASE_PERIODS = 24  # of a phase trajectory; more of a chaotic one would fill the plane
 HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the forcing frequency
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
@@ -54,24 +59,118 @@ _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are
 PORTRAIT_FILE, SCAN_FILE, PICTURE_FILE = "portrait.toml", "part.toml", "portrait.png"
 
 
+class Curve(NamedTuple):
+    """A displacement w X along an orbit, and where panels show it.
+
+    Attributes:
+        names: the columns of the displacement and of its rate.
+        symbols: those of both, on axes.
+        words: in the legend.
+        row: w, of the displacements X of a state.
+        walls: their places [m].
+        is_apart: whether its history has a panel of its own.
+        in_plane: whether it has a phase plane.
+        moved: the place in the state that a click in its phase plane sets; None if it has none.
+    """
+
+    names: tuple[str, str]
+    symbols: tuple[str, str]
+    words: str
+    row: np.ndarray
+    walls: tuple[float, ...] = ()
+    is_apart: bool = False
+    in_plane: bool = True
+    moved: int | None = None
+
+    def of(self, states: np.ndarray, part: int = 0) -> np.ndarray:
+        """Return the displacement along states (..., components), or with `part` 1 its rate."""
+        total = np.zeros(states.shape[:-1])
+        for i in np.flatnonzero(self.row):
+            total += self.row[i] * states[..., 2 * i + part]
+        return total
+
+    def put(self, state: np.ndarray, place: Sequence[float]) -> np.ndarray:
+        """Return a state with another displacement and rate, by the component `moved` alone."""
+        if self.moved is None:
+            raise RequestError(f"{self.symbols[0]} is not of one component: no orbit begins there")
+        state = state.copy()
+        for part, value in enumerate(place):
+            state[self.moved + part] = 0.0
+            others = float(self.of(state, part))
+            state[self.moved + part] = (value - others) / self.row[self.moved // 2]
+        return state
+
+
+def curves_of(system: AnySystem, of: Sequence[str] = ()) -> list[Curve]:
+    """Return the displacements that the panels of a system show, those of its bodies first.
+
+    Of a host, these are the displacements `of`, by default those of the degrees of freedom that
+    dampers hang on, and r of each damper beside its walls.
+    """
+    if isinstance(system, HostSystem):
+        return _curves_of_host(system, of)
+    scene, rows = system.scene, np.eye(len(system.scene.components) // 2)
+    walls = tuple(map(float, scene.obstacle(system.parameters).values()))
+    curves = []
+    for i, (row, name, body) in enumerate(
+        zip(rows, scene.components[::2], (scene.body, "damper"), strict=False)
+    ):
+        symbols, names = symbols_of(name), (f"x{i + 1}", f"v{i + 1}")
+        words = f"{body} {symbols[0]}"
+        curves.append(Curve(names, symbols, words, row, walls * scene.grounded, moved=2 * i))
+    if scene.damper:
+        row = rows[1] - rows[0]
+        curves.append(Curve(("u", ""), ("x₂ − x₁", ""), "", row, walls, True, in_plane=False))
+    return curves
+
+
+def _curves_of_host(system: HostSystem, of: Sequence[str]) -> list[Curve]:
+    host, curves = system.host, []
+
+    def add(symbols: tuple[str, str], row: np.ndarray, **look: Any) -> None:
+        bodies = np.flatnonzero(row).tolist()  # or modes, which no click moves
+        is_body = bodies and (host.is_plain or bodies[-1] >= len(host.inertia))
+        moved = 2 * bodies[-1] if is_body else None
+        curves.append(Curve(symbols, symbols, symbols[0], row, moved=moved, **look))
+
+    for i, name in enumerate(system.displacements(of)[:MOST_CURVES]):
+        add(symbols_of(name), system.displacement(name)[0], in_plane=i == 0)
+    for damper, row in zip(system.dampers[:MOST_CURVES], system.rows(), strict=False):
+        walls = tuple(SIDES[wall.side] * wall.gap for wall in damper.walls)
+        add((f"r of {damper.name}", f"ṙ of {damper.name}"), row, walls=walls, is_apart=True)
+    return curves
+
+
 @dataclass(frozen=True)
 class LiveOrbit:
-    """An orbit; if `classify` failed, `regime` is None and `trouble` gives the reason."""
+    """An orbit; if `classify` failed, `regime` is None and `trouble` gives the reason.
 
-    request: PortraitRequest
-    view: View
+    The `request` of its portrait is None for a host.
+    """
+
+    orbit: Any  # of `simulate`, with its trajectory
     regime: Regime | None
     trouble: str
     panels: Mapping[str, Arrays]
+    request: PortraitRequest | None
+
+    @property
+    def view(self) -> View | None:
+        """The window of the orbit that its portrait shows."""
+        from nlds_vines.portrait.run import view_of_orbit
+
+        return None if self.request is None else view_of_orbit(self.orbit)
 
     @property
     def label(self) -> str:
         """The label of the regime; without a regime, the label by recurrence alone."""
-        return self.view.label if self.regime is None else self.regime.label
+        if self.regime is not None:
+            return self.regime.label
+        return "undetermined" if (view := self.view) is None else view.label
 
 
 def live_orbit(
-    system: System,
+    system: AnySystem,
     start: Sequence[float] | None,
     scan: Scan,
     history: str = SETTLED,
@@ -84,63 +183,58 @@ def live_orbit(
     s more per thousand periods.
     """
     from nlds_vines.orbits.classification import classify
-    from nlds_vines.orbits.simulation import IntegrationError
-    from nlds_vines.portrait.run import views_of
+    from nlds_vines.orbits.simulation import IntegrationError, simulate
 
     window = Window(scan.transient, scan.transient + max(scan.periods, SHOW))
     tolerance = scan.tolerance if scan.method == "exact" else None
-    request = PortraitRequest(
-        system.title or system.name, (Column(system, window),),
-        start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
-        tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
-    )  # fmt: skip
+    how: dict[str, Any] = {"start": start, "method": scan.method, "tolerance": tolerance}
+    records = ("trajectory", "impacts") if system.scene.walls else ("trajectory",)
+
+    def follow(begin: int, end: int) -> Any:
+        periods = end - begin
+        return simulate(system, periods, transient=begin, samples=SAMPLES, record=records, **how)
+
     regime, trouble = None, ""
+    shown = {"long": LONG, "whole": min(window.begin + SHOW, MOST_PERIODS)}.get(history, SHOW)
     try:
-        (view,) = views_of(request)
+        orbit = follow(*window)
         try:
             regime = classify(
-                system,
-                start=start,
-                transient=scan.transient,
-                periods=scan.periods,
-                method=scan.method,
-                effort=scan.effort,
-                tolerance=tolerance,
+                system, transient=scan.transient, periods=scan.periods, effort=scan.effort, **how
             )
         except (IntegrationError, RequestError) as error:
             trouble = str(error)
-        panels = {"history": history_of(request, view, history), **panels_without_time(view)}
+        seen = orbit if history == SETTLED else follow(0, shown)
     except IntegrationError as error:
         raise RequestError(str(error)) from None
+    curves, request = curves_of(system, scan.of), None
+    panels = {"history": history_of(seen, curves, shown), **panels_without_time(orbit, curves)}
     multipliers = np.empty(0, complex)
     if regime is not None and regime.multipliers is not None:
         multipliers = regime.multipliers
     panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
-    return LiveOrbit(request, view, regime, trouble, panels)
+    if not isinstance(system, HostSystem):
+        request = PortraitRequest(
+            system.title or system.name, (Column(system, window),),
+            start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
+            tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
+        )  # fmt: skip
+    return LiveOrbit(orbit, regime, trouble, panels, request)
 
 
-def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
-    """Return one of `HISTORIES`: t [forcing periods], x1, x2, u = x2 - x1 [m], forces [N].
+def history_of(orbit: Any, curves: Sequence[Curve], periods: int) -> Arrays:
+    """Return the first periods of an orbit: t [forcing periods], displacements [m], forces [N].
 
     Samples end integration steps, so a chaotic orbit from the start soon differs from the one in
     the settled periods.
     """
-    from nlds_vines.portrait.run import followed
-
-    system = view.column.system
-    states, time = view.states[: SHOW * view.samples], view.time[: SHOW * view.samples]
-    if name != SETTLED:
-        end = {"short": SHOW, "long": LONG}.get(name, view.column.window.begin + SHOW)
-        columns = (Column(system, Window(0, min(end, MOST_PERIODS))),)
-        orbit = followed(replace(request, columns=columns), columns, quiet=True)
-        assert orbit.trajectory is not None
-        assert orbit.time is not None
-        states, time = orbit.trajectory, orbit.time
-    force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
-    history = {"t": time / system.period, "x1": states[:, 0]}
-    if system.scene.damper:
-        history |= {"x2": states[:, 2], "u": relative_displacement(system, states)}
-    history |= {"force": force, "harmonic": harmonic_force(system, time)}
+    system, count = orbit.system, periods * SAMPLES
+    states, time = orbit.trajectory[:count], orbit.time[:count]
+    history = {"t": time / system.period}
+    history |= {curve.names[0]: curve.of(states) for curve in curves}
+    if not isinstance(system, HostSystem):
+        force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
+        history |= {"force": force, "harmonic": harmonic_force(system, time)}
     count = len(states)
     if count > 4 * MOST_POINTS:
         # the extreme values in `MOST_POINTS` equal pieces of time: a line through them covers the
@@ -157,36 +251,58 @@ def history_of(request: PortraitRequest, view: View, name: str) -> Arrays:
     # every n-th sample, every sample during a contact, and the one on either side of it
     drawn = np.zeros(count, bool)
     drawn[:: max(1, -(-count // MOST_POINTS))] = True
-    touching = np.pad(force != 0, 1)
-    drawn |= touching[1:-1] | touching[:-2] | touching[2:]
+    for impact in () if orbit.impacts is None else orbit.impacts:
+        first, last = np.searchsorted(time, (impact["touch"], impact["release"]))
+        drawn[max(first - 1, 0) : last + 1] = True
     return {column: values[drawn] for column, values in history.items()}
 
 
-def panels_without_time(view: View) -> dict[str, Arrays]:
+def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays]:
     """Return the arrays of phase planes, section, touches and spectrum by name.
 
     A phase plane holds one cycle of a periodic orbit, or the periods of any other, of both at most
     `MOST_PHASE_PERIODS`.  The section at impact has phases [rad] and for each wall speeds [m/s].
+    The spectrum is that of the last body's displacement.
     """
-    states = view.states[-min(view.cycle, MOST_PHASE_PERIODS) * view.samples :]
-    states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
-    damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
-    parts = list(view.impact_section.values())
-    touches = {"phase": np.concatenate([np.empty(0), *(points[:, 0] for points in parts)])}
-    for i, wall in enumerate(view.column.system.scene.walls):
-        speeds = [part[:, 1] if i == k else 0 * part[:, 1] + np.nan for k, part in enumerate(parts)]
-        touches[wall] = np.concatenate(speeds)
-    spectrum = view.spectrum
+    from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
+
+    system = orbit.system
+    states, section = orbit.trajectory, orbit.trajectory[SAMPLES - 1 :: SAMPLES]
+    n = int(period_of(section, TOLERANCE))
+    cycle, usable = n or len(section), len(states) - len(states) % (max(n, 1) * SAMPLES)
+    *_, last_body = (curve for curve in curves if not curve.is_apart)
+    values = last_body.of(states[len(states) - usable :])
+    about = {"window": "rectangular", "quantity": last_body.words, "unit": "m"}
+    spectrum = spectrum_of(values, SAMPLES, system.parameters["omega"], **about)
     wanted = (spectrum.order > 0) & (spectrum.order <= HIGHEST)
     amplitude = spectrum.amplitude[wanted]
     floor = _FLOOR * max(float(amplitude.max(initial=0.0)), 1e-300)
-    return {
-        "phase1": {"x": states[:, 0], "v": states[:, 1]},
-        "phase2": {"x": damper[:, 0], "v": damper[:, 1]},
-        "section": dict(zip(("x1", "v1", "x2", "v2"), view.section.T, strict=False)),
-        "touches": touches,
-        "spectrum": {"order": spectrum.order[wanted], "amplitude": np.maximum(amplitude, floor)},
+    states = states[-min(cycle, MOST_PHASE_PERIODS) * SAMPLES :]
+    states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
+    planes = [curve for curve in curves if curve.in_plane]
+    panels = {
+        f"phase{i}": {"x": curve.of(states), "v": curve.of(states, 1)}
+        for i, curve in enumerate(planes, start=1)
     }
+    panels["section"] = {
+        name: curve.of(section, part) for curve in planes for part, name in enumerate(curve.names)
+    }
+    amplitudes = np.maximum(amplitude, floor)
+    panels["spectrum"] = {"order": spectrum.order[wanted], "amplitude": amplitudes}
+    last = np.zeros(0, [("touch", float)]) if orbit.impacts is None else orbit.impacts
+    last = last[last["touch"] > orbit.time[-1] - cycle * system.period]
+    panels["touches"] = {"phase": 2.0 * np.pi * (last["touch"] / system.period % 1.0)}
+    for wall, struck in walls_of(system.scene).items():
+        is_there = np.logical_and.reduce([last[name] == word for name, word in struck.items()])
+        panels["touches"][wall] = np.where(is_there, last["speed"], np.nan)
+    return panels
+
+
+def walls_of(scene: Scene) -> dict[str, dict[str, str]]:
+    """Return the walls by name, with the words in the rows of their impacts."""
+    if isinstance(scene, HostScene):
+        return {f"{a}{side}": {"damper": a, "wall": side} for a, side in scene.of_walls}
+    return {wall: {"wall": scene.struck[wall]} for wall in scene.walls}
 
 
 def words_of(regime: Regime) -> str:
@@ -257,8 +373,11 @@ def portrait_command(request: PortraitRequest) -> str:
     return shlex.join(words)
 
 
-def picture(request: PortraitRequest, view: View) -> str:
-    """Return the portrait as a PNG in base64."""
+def picture(orbit: LiveOrbit) -> str:
+    """Return the portrait as a PNG in base64; `RequestError` for a host."""
+    request, view = orbit.request, orbit.view
+    if request is None or view is None:
+        raise RequestError("orbits of hosts have no portrait")
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.portrait.picture import portrait
 

@@ -64,7 +64,7 @@ class Page:
     def build(self) -> None:
         results = self.chosen.results
         self.map = figures.MapFigure(results, True)
-        self.panels = figures.OrbitFigures(results.scan.system, results.unit)
+        self.panels = figures.OrbitFigures(results.scan.system, results.unit, results.scan.of)
         self.show = self.select("show", lambda name: self.repaint())
         self.start = self.select("start", self.choose_start)
         histories = [*live_orbit.HISTORIES.items()]
@@ -90,8 +90,8 @@ class Page:
             self.on_event(self.map.main, events.RangesUpdate, lambda event: self.repaint())
         for i, name in enumerate(("inner_width", "inner_height")):
             self.on(self.map.main, name, partial(self.resize, i))
-        for plane, made in self.panels.planes.items():
-            self.on_event(made, events.Tap, partial(self.begin_in_plane, plane))
+        for curve, made in self.panels.planes:
+            self.on_event(made, events.Tap, partial(self.begin_in_plane, curve))
         hint = "Click a cell or use the arrow keys; drag a rectangle to compute that part finer."
         start_here = "Click in a phase plane to start an orbit there."
         parts = {
@@ -243,12 +243,13 @@ class Page:
         self.chosen.free, self.chosen.begin = {}, None
         self.follow()
 
-    def begin_in_plane(self, plane: int, event: Any) -> None:
-        """Begin an orbit at a click in a phase plane; the other body keeps its last state."""
+    def begin_in_plane(self, curve: int, event: Any) -> None:
+        """Begin an orbit at a click in the phase plane of a curve; other bodies stay."""
         if self.orbit is not None:
-            state = self.orbit.view.section[-1].tolist()
-            state[plane : plane + 2] = event.x, event.y
-            self.chosen.begin = CellStart(tuple(state), "a start of your own")
+            orbit, of = self.orbit.orbit, self.chosen.scan.of
+            moved = live_orbit.curves_of(orbit.system, of)[curve]
+            state = moved.put(orbit.trajectory[-1], (event.x, event.y))
+            self.chosen.begin = CellStart(tuple(state.tolist()), "a start of your own")
             self.follow()
 
     # ---- orbits
@@ -294,8 +295,8 @@ class Page:
             f"<div><dt>{escape(one)}</dt><dd>{escape(value)}</dd></div>" for one, value in pairs
         )
         self.say_trouble(orbit.trouble)
-        system = orbit.view.column.system
-        self.panels.put(orbit.panels, system.scene.obstacle(system.parameters).values())
+        curves = live_orbit.curves_of(orbit.orbit.system, self.chosen.scan.of)
+        self.panels.put(orbit.panels, curves)
         self.later(self.offer_files)
 
     def show_values(self) -> None:
@@ -307,7 +308,7 @@ class Page:
                 if abs(position - slider.value) > 0.6 * slider.step:
                     slider.value = position
                 exact.value = float(f"{shown[name]:.7g}")
-                is_changed = shown[name] != spec.value and not spec.axis
+                is_changed = name in self.chosen.free and not spec.axis
                 slider.css_classes = ["changed"] if is_changed else []
 
     # ---- maps
@@ -455,9 +456,9 @@ class Page:
         if self.orbit is None:
             return
         request = self.orbit.request
-        recipe, part = (
-            b64encode(one.to_toml().encode()).decode() for one in (request, self.chosen.part())
-        )
+        texts = "" if request is None else request.to_toml(), self.chosen.part().to_toml()
+        recipe, part = (b64encode(text.encode()).decode() for text in texts)
+        command = "" if request is None else live_orbit.portrait_command(request)
         files = [
             (live_orbit.PORTRAIT_FILE, "portrait recipe (.toml)", "application/toml", recipe),
             (live_orbit.SCAN_FILE, "scan file of the map (.toml)", "application/toml", part),
@@ -468,9 +469,7 @@ class Page:
             for name, words, kind, code in files
             if code
         )
-        self.files.text = (
-            f"<b>Save</b> {links}<code>{escape(live_orbit.portrait_command(request))}</code>"
-        )
+        self.files.text = f"<b>Save</b> {links}<code>{escape(command)}</code>"
 
     def draw(self) -> None:
         if (orbit := self.orbit) is None:
@@ -479,7 +478,7 @@ class Page:
 
         def work() -> None:  # in the thread of all orbits
             try:
-                picture = live_orbit.picture(orbit.request, orbit.view)
+                picture = live_orbit.picture(orbit)
             except Exception as error:
                 self.later(self.say_trouble, in_words(error))
             else:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, values_at
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.quantities import QUANTITIES, TOUCHED, drawn_in
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR, QUANTITIES, TOUCHED, drawn_in
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
@@ -26,11 +27,44 @@ from nlds_vines.orbits.records import NOT_COMPUTED
 MOST_SECTION = 2**24  # numbers of sections in memory (128 MB); each of a larger map is shortened
 MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes
 
-# datasets with one number for each orbit, the most important first
-NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
+PARTS = ("damper", "displacement")  # dimensions along which a host has a number for each name
+# datasets with one number for each orbit or for each of its parts, the most important first
+_OF_ORBITS = tuple(
+    dict.fromkeys(one.name for one in QUANTITIES if one.single or not {*PARTS}.isdisjoint(one.dims))
+)
 TOUCHES = drawn_in(TOUCHED)  # the datasets with a number for each touch, which only diagrams show
+MOST_PLANES = 6  # the most phase planes of a host
 
-_PLAIN = (*NUMBERS, "capture", "status", "label", "multipliers", "orbit_point")
+_PLAIN = (*_OF_ORBITS, "capture", "status", "label", "multipliers", "orbit_point")
+
+
+def symbols_of(name: str) -> tuple[str, str]:
+    """Return the symbols of a displacement and of its rate: x₂ and ẋ₂, x of roof and ẋ of roof."""
+    symbol = COORDINATES[name][1] if name in COORDINATES else f"x of {name}"
+    return symbol, f"ẋ{symbol[1:]}"
+
+
+class Number(NamedTuple):
+    """A number of each orbit: its words, and where it is in a dataset.
+
+    `part` is the index of one damper or displacement; of impacts by wall, all walls of a damper
+    are added.
+    """
+
+    title: str
+    unit: str
+    dataset: str
+    part: tuple[Any, ...] = (...,)
+    width: str = ""  # the name of the half width of its interval
+
+    @property
+    def logarithmic(self) -> bool:
+        return BY_NAME[self.dataset].scale == ERROR
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers (...) in values of the dataset, NaN where there is none."""
+        numbers = np.where(values == BY_NAME[self.dataset].fill, np.nan, values)[self.part]
+        return np.asarray(numbers if self.part[-1] != slice(None) else numbers.sum(axis=-1))
 
 
 @dataclass(eq=False)
@@ -96,6 +130,35 @@ class Stored:
 
     def __contains__(self, name: str) -> bool:
         return name in self.arrays
+
+    @cached_property
+    def numbers(self) -> dict[str, Number]:
+        """The numbers of each orbit by name; those of a host's parts are `x_max:roof`."""
+        scan, scene = self.scan, self.scan.system.scene
+        parts = dict(zip(PARTS, (scene.dampers, scan.of), strict=True))
+        numbers = dict[str, Number]()
+        for name in filter(self.arrays.__contains__, _OF_ORBITS):
+            entry, (first, *others) = BY_NAME[name], (*scan.table.datasets[name].tail, "")
+            title = entry.title(scene.body)
+            if not first:
+                numbers[name] = Number(title, entry.unit, name, width=entry.width)
+            for i, part in enumerate(parts.get(first, ())):
+                place = (..., i, slice(None)) if others[0] else (..., i)
+                numbers[f"{name}:{part}"] = Number(f"{title}, {part}", entry.unit, name, place)
+        return numbers
+
+    @cached_property
+    def planes(self) -> tuple[str, ...]:
+        """The displacements of the state whose phase planes are shown.
+
+        Of a host, those of its dampers and of what they hang on.
+        """
+        system: Any = self.scan.system
+        places = system.scene.components[::2]
+        if not isinstance(system, HostSystem):
+            return tuple(places)
+        names = (*system.displacements(), *(damper.name for damper in system.dampers))
+        return tuple(name for name in names if name in places)[:MOST_PLANES] or places[:1]
 
     def lanes(self, name: str) -> np.ndarray:
         """Return a dataset of shape (n, starts, ...), the n cells in C order."""

@@ -15,11 +15,11 @@ import numpy as np
 from bokeh.palettes import Viridis256
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE
-from nlds_vines.explore.map_data import NUMBERS, TOUCHES, Stored
+from nlds_vines.explore.map_data import TOUCHES, Stored, symbols_of
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting import palette
@@ -68,7 +68,8 @@ class Places(NamedTuple):
     @property
     def label(self) -> str:
         entry = DESCRIBED[self.axis.name]
-        return f"{entry.meaning.partition(';')[0]}, {in_brackets(entry.symbol, entry.unit)}"
+        words = ", ".join(filter(None, (entry.meaning.partition(";")[0], entry.short_symbol)))
+        return in_brackets(words, entry.unit)
 
 
 def places_of(results: Stored) -> list[Places]:
@@ -142,17 +143,16 @@ def shows_of(results: Stored) -> list[Show]:
         classes = ((UNKNOWN, CLEAR), *zip(words, palette.COUNTS, strict=False))
         shows.append(Show("capture", "response by impacts a period", "capture", classes=classes))
     if not is_map and "section" in results:
-        for name in [name for name in ("x2", "x1", "x") if name in scene.components]:
-            title = f"displacement {COORDINATES[name][1]} of the section"
+        for name in scene.components[::2][::-1]:  # those of dampers first
+            title = f"displacement {symbols_of(name)[0]}, section at t = nT"
             shows.append(Show(name, title, f"section {name}", unit="m", points=True))
-    for name in filter(results.__contains__, NUMBERS if is_map else (*TOUCHES, *NUMBERS)):
+    for name in () if is_map else filter(results.__contains__, TOUCHES):
         one = BY_NAME[name]
-        shows.append(
-            Show(
-                name, one.title(scene.body), name, unit=one.unit, logarithmic=one.scale == ERROR,
-                points=name in TOUCHES,
-            )
-        )  # fmt: skip
+        shows.append(Show(name, one.title(scene.body), name, unit=one.unit, points=True))
+    shows += [
+        Show(name, one.title, name, unit=one.unit, logarithmic=one.logarithmic)
+        for name, one in results.numbers.items()
+    ]
     return shows or [STATUS_SHOW]
 
 
@@ -209,10 +209,9 @@ def column(results: Stored, name: str) -> np.ndarray:
     if name == "multiplier":
         largest = results.lanes("multipliers")[:, :, 0]
         return np.hypot(largest[..., 0], largest[..., 1]).astype(np.float32)
-    numbers = results.lanes(name).astype(np.float64)
-    numbers[numbers == BY_NAME[name].fill] = np.nan
+    number = results.numbers[name]
     with np.errstate(over="ignore"):
-        return numbers.astype(np.float32)
+        return number.of(results.lanes(number.dataset)).astype(np.float32)
 
 
 # ---- images --------------------------------------------------------------------------------------
@@ -338,12 +337,11 @@ def chip(shade: str, words: str, hatched: bool = False) -> str:
 
 def numbers_of(results: Stored) -> list[list[str]]:
     """Return column, title, unit and column of the half width of each number of a cell."""
-    body = results.scan.system.scene.body
-    widths = {BY_NAME[name].width for name in NUMBERS}
+    widths = {one.width for one in results.numbers.values()}
     rows = [
-        [name, BY_NAME[name].title(body), BY_NAME[name].unit, BY_NAME[name].width]
-        for name in NUMBERS
-        if name in results and name not in widths
+        [name, one.title, one.unit, one.width]
+        for name, one in results.numbers.items()
+        if name not in widths
     ]
     if "multipliers" in results:
         rows.append(["multiplier", "largest multiplier |μ|", "1", ""])
@@ -373,8 +371,8 @@ def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[st
     def number(name: str) -> float:
         if name == "multiplier":
             return float(np.hypot(*results.lanes("multipliers")[row, start, 0]))
-        value = results.lanes(name)[row, start]
-        return float("nan") if value == BY_NAME[name].fill else float(value)
+        one = results.numbers[name]
+        return float(one.of(results.lanes(one.dataset)[row, start]))
 
     for name, words, unit, width in numbers_of(results):
         if isfinite(value := number(name)):

@@ -21,7 +21,16 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import CONTACT, DESCRIBED, INITIAL, PHASE, Parameter, component_of
+from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.parameters import (
+    DESCRIBED,
+    INITIAL,
+    PHASE,
+    Parameter,
+    component_of,
+    split_name,
+)
 from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.system import System
 from nlds_vines.runs.progress import listeners
@@ -117,7 +126,8 @@ class Chosen:
         return CellStart(state, "the start of the sliders")
 
     def values(self) -> dict[str, float]:
-        return {**self.scan.system.parameters, **self.results.values_of(self.cell), **self.free}
+        of_cell = self.results.system_of(self.cell).parameters
+        return {**of_cell, **self.results.values_of(self.cell), **self.free}
 
     def part(self, ranges: Sequence[Range] | None = None) -> Scan:
         """Return the scan of a part of the map, or of all of it, with the sliders' values."""
@@ -171,10 +181,11 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
     """Return the sliders of a scan: first those of its axes, then all other parameters."""
     scan = results.scan
     varied = {axis.name: axis.values for axis in scan.axes}
-    values = {name: float(cells[cells.size // 2]) for name, cells in varied.items()}
-    values |= scan.system.parameters
-    if "K" in varied:  # it replaces the constants from which it would follow
-        values = {name: value for name, value in values.items() if name not in CONTACT}
+    system: AnySystem = results.system_of(results.middle)
+    values = {**system.parameters, **results.values_of(results.middle)}
+    if isinstance(system, HostSystem):  # a.gap+ and a.gap- follow a.gap
+        follow = system.following(varied) - {*varied}
+        values = {name: value for name, value in values.items() if name not in follow}
     specs = []
     for name, value in values.items():
         is_axis, logarithmic, (shown, one) = name in varied, False, results.shown(name)
@@ -183,7 +194,7 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
         if is_axis and varied[name].size > 1:
             low, high = float(varied[name][0]) / one, float(varied[name][-1]) / one
             value = min(max(value, low), high)
-        elif name.removesuffix("_2") in LOGARITHMIC and value > 0:
+        elif (split_name(name)[1] or name).removesuffix("_2") in LOGARITHMIC and value > 0:
             low, high, logarithmic = value / _DECADES, value * _DECADES, True
         elif isfinite(entry.low) and isfinite(entry.high):
             low, high = entry.low, entry.high

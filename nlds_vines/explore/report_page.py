@@ -24,7 +24,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import figures, map_view
-from nlds_vines.explore.map_data import NUMBERS, Stored
+from nlds_vines.explore.map_data import Stored, symbols_of
 from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
@@ -34,7 +34,6 @@ MOST_DOTS = 100_000  # the most dots of a diagram that a browser draws at once
 BITS = 12  # bits of a number after the leading one
 _LAST, _NONE = 65534, 65535  # codes of the largest value of a component, and of no state
 _SECTION_SHARE = 0.4  # of the room, for sections before numbers
-_SYMBOLS = {"x": "x", "v": "ẋ", "x1": "x₁", "v1": "ẋ₁", "x2": "x₂", "v2": "ẋ₂"}
 _PROVENANCE = (
     ("source", "made by"), ("commit", "commit"), ("scan_hash", "hash"), ("system", "system"),
     ("kind", "kind"), ("python_version", "Python"), ("numba_version", "Numba"),
@@ -74,8 +73,9 @@ def report_page(
     empty = Section(np.empty((results.scan.lanes, 0, 0), "<u2"), np.empty(0), np.empty(0))
     bare = _page(results, branches, tables, empty, [])
     room = MOST_BYTES - bare.size
-    recorded = filter(results.__contains__, NUMBERS)
-    numbers = {name: _bytes(rounded(map_view.column(results, name))) * 3 // 2 for name in recorded}
+    numbers = {
+        name: _bytes(rounded(map_view.column(results, name))) * 3 // 2 for name in results.numbers
+    }
     section, for_section = empty, max(room - sum(numbers.values()), int(_SECTION_SHARE * room))
     most = MOST_DOTS // results.scan.lanes if len(results.scan.axes) == 1 else POINTS[0]
     for count in POINTS:
@@ -100,14 +100,26 @@ def _bytes(values: np.ndarray) -> int:
 
 
 def section_points(results: Stored, count: int) -> np.ndarray:
-    """Return the last states of each section, or else the points of the periodic orbits, if any."""
+    """Return the last states of each section, or else the points of the periodic orbits, if any.
+
+    They have the `components_of` the results.
+    """
     if "section" in results:
-        states = results.lanes("section")
-        return states[:, :, -count:].reshape(-1, min(count, states.shape[2]), states.shape[-1])
-    if "orbit_point" in results:
-        states = results.lanes("orbit_point")
-        return states.reshape(-1, 1, states.shape[-1])
-    return np.empty((0, 0, 0))
+        states = results.lanes("section")[:, :, -count:]
+    elif "orbit_point" in results:
+        states = results.lanes("orbit_point")[:, :, np.newaxis]
+    else:
+        return np.empty((0, 0, 0))
+    components = results.scan.system.scene.components
+    states = states[..., [components.index(name) for name in components_of(results)]]
+    return states.reshape(-1, *states.shape[2:])
+
+
+def components_of(results: Stored) -> list[str]:
+    """Return the components of the state in the phase planes of a page."""
+    components = results.scan.system.scene.components
+    firsts = map(components.index, results.planes)
+    return [name for i in firsts for name in components[i : i + 2]]
 
 
 def rounded(values: np.ndarray) -> np.ndarray:
@@ -138,7 +150,7 @@ def _page(
     results: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
     names: Sequence[str],
 ) -> Report:  # fmt: skip
-    points, components = section.codes.shape[1], results.scan.system.scene.components
+    points, components = section.codes.shape[1], components_of(results)
     shows = [
         show for show in map_view.shows_of(results)
         if (points and show.name in components if show.points else show.column in names)
@@ -153,7 +165,7 @@ def _page(
     spans = section.step * _LAST / 10 if points else np.ones(len(components))
     for i in range(0, len(components), 2):
         x, v = components[i : i + 2]
-        plane = figures.phase_plane(f"plane {x}", 250, (_SYMBOLS[x], _SYMBOLS[v]))
+        plane = figures.phase_plane(f"plane {x}", 250, symbols_of(x))
         plane.scatter(x, v, source=source, size=6, line_color=None, fill_color=figures.WALL)
         for one, span in zip((plane.x_range, plane.y_range), spans[i : i + 2], strict=True):
             one.default_span, one.range_padding = float(span), 0.2  # around a single point
@@ -188,7 +200,7 @@ def _page(
     missing = []
     if "section" in results and points < results.scan.periods:
         missing.append(f"{points} of the {results.scan.periods} recorded states of each section")
-    if numbers := [name for name in NUMBERS if name in results and name not in names]:
+    if numbers := [name for name in results.numbers if name not in names]:
         missing.append(f"not {', '.join(numbers)}")
     left_out = "Numbers are rounded to about four digits"
     left_out += f"; this page holds {'; '.join(missing)}." if missing else "."
@@ -213,7 +225,7 @@ def _arguments(
     names: Sequence[str],
 ) -> dict[str, Any]:
     is_map, count = figure.is_map, len(results.starts)
-    components = [*results.scan.system.scene.components]
+    components = components_of(results)
     columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}
     if "multipliers" in results:
         columns["multiplier"] = rounded(map_view.column(results, "multiplier")).ravel()
@@ -345,7 +357,7 @@ def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, 
     components, special = results.scan.system.scene.components, result.special_points
     places, along = map_view.places_of(results), result.request.along.name
     if len(places) == 1:
-        shows = [show for show in ("x2", "x1", "x") if show in components]
+        shows = components[::2]
         return {
             show: _draw_values(figure, result, show, places[0]) for show in (*shows, *_ENERGIES)
         }

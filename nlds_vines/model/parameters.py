@@ -43,6 +43,12 @@ class Parameter:
             return f"{'>' if self.above else '>='} {self.low:g} and finite"
         return "finite"
 
+    @property
+    def short_symbol(self) -> str:
+        """The symbol; empty if it is a word that the meaning has, the gap of a host's wall."""
+        key, of, _ = self.symbol.partition(" of ")
+        return "" if of and len(key.rstrip("+-")) > 2 else self.symbol
+
     def accepts(self, values: np.ndarray) -> np.ndarray:
         bottom = values > self.low if self.above else values >= self.low
         return bottom & (values <= self.high) & np.isfinite(values)

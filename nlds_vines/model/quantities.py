@@ -283,7 +283,7 @@ QUANTITIES = (
     ),
     _whole(
         "impacts_by_wall", "impacts by what is struck, counted as `impact_count`", ("impacts",),
-        has=_two_walls, dims=("damper", "wall"),
+        has=_two_walls, dims=("damper", "wall"), label="impacts per $n$T",
     ),
     Quantity(
         "impact_speed", "m/s", _SPEEDS, ("speeds", "impact_section"), "approach speed",

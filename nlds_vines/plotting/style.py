@@ -79,10 +79,7 @@ STARTS = (
 
 def axis_label(parameter: str) -> str:
     entry = DESCRIBED[parameter]
-    key, of, _ = entry.symbol.partition(" of ")
-    is_word = of and len(key.rstrip("+-")) > 2  # the gap of a host's wall, which the meaning names
-    symbol = "" if is_word else latex_symbol(parameter)
-    return labeled(entry.meaning.partition(";")[0], symbol, entry.unit)
+    return labeled(entry.meaning.partition(";")[0], in_latex(entry.short_symbol), entry.unit)
 
 
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:

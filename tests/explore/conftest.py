@@ -35,6 +35,28 @@ BASIN = {
 }
 
 
+def host_system():
+    """Return a host of two masses, on the second of which two dampers hang."""
+    walls = [nv.Wall(0.02, side, law="restitution", e=0.6) for side in "+-"]
+    joint = {"attached_to": "x2", "m": 0.05, "k": 0.05, "c": 0.01, "walls": walls}
+    dampers = [nv.Damper(name, **joint) for name in "ab"]
+    host = nv.chain([1.0, 1.0], [4.0, 4.0], grounds=[4.0, 0.0], ratio=0.02)
+    return nv.System.from_host(host, dampers, force={"x2": 1.5}, omega=1.95)
+
+
+HOST_MAP = {
+    "title": "a small map of a host",
+    "system": host_system(),
+    "vary": {"omega": [1.85, 1.95, 2.05], "a.gap": [0.01, 0.03]},
+    "start": {"policy": "random", "count": 2, "seed": 3},
+    "sampling": {"transient": 40, "periods": 20, "effort": "quick"},
+    "record": {
+        "want": ["section", "impacts", "energy", "response", "regime", "lyapunov"],
+        "of": ["x2", "x2-x1"],
+    },
+}
+
+
 def made_up(document, path):
     """Write an archive of a scan without computing it: nothing in it is known."""
     scan = load_scan(document)

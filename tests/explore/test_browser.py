@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import DIAGRAM, MAP, filled, made_up
+from conftest import DIAGRAM, HOST_MAP, MAP, filled, made_up
 from PIL import Image
 
 from benchmarks import explore
@@ -370,7 +370,10 @@ def check_report(opened, shape, want, system="ssul-set6"):
     """Open a report with made-up numbers for all that `want` records, and choose cells."""
     scan = {**(MAP if shape == "map" else DIAGRAM), "system": system, "vary": AXES[shape]}
     scan |= {"sampling": {"transient": 3, "periods": 20}, "record": {"want": want}}
-    results = filled(scan)
+    check_page(opened, filled(scan), shape)
+
+
+def check_page(opened, results, shape):
     page = opened(results)
     assert "7.33" in text_of(page, "verdict")  # the middle one is chosen
     assert results.scan.title in seen_text(page)
@@ -394,3 +397,8 @@ def test_a_report_shows_every_set_of_records(opened, want, shape):
 def test_a_report_shows_every_scene(opened, system):
     want = [*possible_want(WANTS, load_system(system).scene)]
     check_report(opened, "map", want, system)
+
+
+def test_a_report_shows_a_host(opened):
+    results = filled({**HOST_MAP, "vary": OMEGA | {"a.gap": [0.01, 0.02, 0.03]}})
+    check_page(opened, results, "map")

@@ -128,7 +128,7 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
 
 @pytest.mark.kernels
 def test_planes_begin_orbits_and_histories_from_the_start_last(seen):
-    seen.event(seen.page.panels.planes[2], Tap, x=0.3, y=-0.25)
+    seen.event(seen.page.panels.planes[1][1], Tap, x=0.3, y=-0.25)
     seen.settle()
     assert seen.page.orbit.request.start[2:] == (0.3, -0.25)
     assert "from a start of your own" in seen.page.verdict.text

@@ -155,13 +155,6 @@ def test_samples_are_refused_in_one_line(command, here, refusal):
         assert "--at sample=3" in line
 
 
-def test_a_host_is_refused_in_one_line(here, refusal):
-    system = nv.System.from_host(nv.chain([1.0], [4.0]), force={"x1": 1.0}, omega=2.0)
-    scan = nv.load_scan(system, {"vary": {"omega": [1.9, 2.0]}})
-    (here / "host.toml").write_text(scan.to_toml())
-    assert "kind 'host' is not possible here" in refusal("explore", "host.toml", "--dry-run")
-
-
 def test_it_listens_on_this_machine_alone_and_a_busy_port_is_one_line(server, small_map, refusal):
     with contextlib.closing(listening(0)) as listener:
         assert listener.getsockname()[0] == "127.0.0.1"

@@ -61,6 +61,7 @@ OF_HOSTS = (
     "tuning/test_tuning_of_hosts.py",
     "bifurcation/test_scans_of_hosts.py",
     "explore/test_pages_of_hosts.py",
+    "continuation/test_branches_of_hosts.py",
 )
 """Files that need the kernels of hosts: one worker runs them, and compiles these kernels once."""
 

@@ -4,6 +4,7 @@ In reading order:
 
     request         `Continuation`: parameter, interval, start, limits of the search
     section_map     the n-fold stroboscopic map with its derivatives; linear systems
+    host_section_map  that of a host
     arclength       predictor, Newton corrector, step control; the phase of rigid impacts
     special_points  test functions, their sign changes, branches that leave there
     branch_arm      one branch in one direction, and the reason of its end

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, shoots_from_flights
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered
 
 # Relative defect at which Newton's method has converged; and at which it may stop if the last step
 # did not reduce the defect by a factor of four.
@@ -213,13 +213,12 @@ class Stepper:
 NEAR = 0.25
 
 SHARPNESS = 1024  # phases are multiples of 1 / SHARPNESS of a period, so that adding 1 is exact
-SAME_ORBIT = 1.0e-7  # distance, relative to the orbit, below which two states are the same
 ASIDE = 1.0e-6  # difference step that carries a tangent to another phase
 
 
 def better_map(section_map: SectionMap, cycle: Cycle) -> SectionMap | None:
     """Return the map from the middle of the orbit's longest flight; None to stay at this phase."""
-    if not shoots_from_flights(section_map.scene):
+    if not section_map.is_rigid:
         return None
     n = cycle.n
     start = place_at(section_map, cycle.place, n)
@@ -261,7 +260,7 @@ def seen_by(
     if image is None or there is None or beside is None:
         return None
     # round-off at a grazing must not change the impacts of the orbit
-    names = ("counts", "multipliers", "clearance", "slowest", "volume")
+    names = ("counts", "shares", "multipliers", "clearance", "nearest", "slowest", "volume")
     invariant = {name: getattr(cycle, name) for name in names}
     return replace(image, **invariant), (beside - there) / ASIDE
 
@@ -288,17 +287,3 @@ def point_at_zero(zero: SectionMap, point: Point) -> Point:
     if at_zero is None:
         raise RuntimeError(f"an orbit at {point.value!r} is lost on its way to phase zero")
     return at_zero
-
-
-def is_symmetric(section_map: SectionMap, cycle: Cycle) -> bool:
-    """Return True if an orbit between two walls is its own mirror image n/2 periods later."""
-    if len(section_map.scene.walls) < 2 or cycle.n % 2 == 0:
-        return False
-    later = section_map.later(cycle.place, 0.5 * cycle.n)
-    if later is None:
-        return False
-    cell = section_map.cells(cycle.values[np.newaxis])[0]
-    mirrored = -cycle.state
-    mirrored[-2] += float(cell.near) - float(cell.far)  # r, or x, between the walls
-    weights = section_map.weights(cycle, np.ones(len(cycle.values)))[: len(mirrored)]
-    return bool((np.abs(later[: len(mirrored)] - mirrored) * weights).max() < SAME_ORBIT)

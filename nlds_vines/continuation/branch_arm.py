@@ -14,20 +14,18 @@ from nlds_vines.continuation.arclength import (
     FIRST_STEP,
     LEAST_STEP,
     LONGEST_STEP,
-    SAME_ORBIT,
     Point,
     Stepper,
     along,
     better_map,
     close,
-    is_symmetric,
     length,
     moved,
     place_at,
     point_at_zero,
     point_of,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
+from nlds_vines.continuation.section_map import SAME_ORBIT, Cycle, SectionMap
 from nlds_vines.continuation.special_points import (
     Special,
     doubling_near,
@@ -36,8 +34,8 @@ from nlds_vines.continuation.special_points import (
     specials_between,
     step_between,
     unexplained,
+    walls_in_words,
 )
-from nlds_vines.model.labels import name_of
 
 MOST_POINTS = 3_000  # of a branch in one direction
 
@@ -138,7 +136,7 @@ def follow(
     `followed` returns True for a point of a branch that has been followed before; `first` and
     `longest` are weighted lengths of steps, `unstable` the most successive unstable points.
     """
-    arm, zero, rigid = Arm([start]), section_map, shoots_from_flights(section_map.scene)
+    arm, zero, rigid = Arm([start]), section_map, section_map.is_rigid
     stepper = Stepper(section_map, start, first, longest)
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
@@ -278,7 +276,7 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
     The derivatives of the map grow as 1 / v with the softest approach speed v, but the branch is a
     smooth function of v, or of the clearance: a polynomial in it is extrapolated to 0.
     """
-    if not shoots_from_flights(section_map.scene):
+    if not section_map.is_rigid:
         return
     point = arm.points[-1]
     for name in ("slowest", "clearance"):
@@ -291,17 +289,15 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         best = NEAR_GRAZING if arm.best_grazing is None else arm.best_grazing.residual
         if error >= best or far > LONGEST_STEP:
             continue
-        # if the orbit is its own mirror image, impacts at both walls graze
-        both = is_symmetric(section_map, point.cycle)
-        change = (2 if both else 1) * (-1 if name == "slowest" else 1)
+        walls = section_map.grazing_walls(point.cycle, name)
         there = section_map.at(place, point.cycle.n) or point.cycle
         grazes: dict[str, Any] = {name: 0.0}
         cycle = replace(
             point.cycle, state=place[:-1], values=place[-1:], points=there.points, **grazes
         )
-        walls = section_map.scene.walls
-        wall = "both" if both else walls[0] if len(walls) == 1 else ""
-        label, beyond = cycle.label, name_of(cycle.n, sum(cycle.counts) + change)
+        wall = walls_in_words(section_map, walls)
+        change = -1 if name == "slowest" else 1
+        label, beyond = cycle.label, section_map.label_beyond(cycle, walls, change)
         end, index = replace(point, cycle=cycle), len(arm.points) - 1
         arm.best_grazing = Special("GR", end, label, beyond, error, width, wall, index)
         if error <= GRAZING_ERROR:

@@ -18,7 +18,6 @@ from nlds_vines.continuation.arclength import (
 )
 from nlds_vines.continuation.branch_arm import (
     MOST_POINTS,
-    SAME_ORBIT,
     Arm,
     Bounds,
     at_value,
@@ -26,7 +25,7 @@ from nlds_vines.continuation.branch_arm import (
     first_point,
     follow,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered
+from nlds_vines.continuation.section_map import SAME_ORBIT, Cycle, SectionMap, bordered
 from nlds_vines.continuation.special_points import Special, doubled, other_branch
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.store import Arrays
@@ -114,7 +113,8 @@ def unpacked(arrays: Arrays) -> Track | Switch:
     if "switch" in arrays:
         return Switch(int(arrays["switch"][0]))
     rows = {name: [*a] if a.ndim > 1 else a.tolist() for name, a in arrays.items()}
-    rows["counts"] = [tuple(row.tolist()) for row in rows["counts"]]
+    for name in ("counts", "shares"):
+        rows[name] = [tuple(row.tolist()) for row in rows[name]]
     points = []
     for i in range(len(rows["border"])):
         cycle = Cycle(**{name: rows[name][i] for name in _OF_CYCLE})

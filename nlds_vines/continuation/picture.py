@@ -126,7 +126,8 @@ def panels_of(result: Continued) -> dict[str, str]:
     if result.request.plane is not None:
         return {"plane": "curves of special points in the plane of two parameters"}
     names = result.request.system.scene.components
-    component = next(one for one in ("x2", "x", "x1") if one in names)  # of the body that impacts
+    # of the body that impacts; of a host, the last one
+    component = next((one for one in ("x2", "x", "x1") if one in names), names[-2])
     return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
 
 

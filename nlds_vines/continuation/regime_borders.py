@@ -18,7 +18,7 @@ from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.result import Continued, map_of
 from nlds_vines.continuation.run import orbits_in
-from nlds_vines.continuation.section_map import SectionMap, place_of
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_points import doubling_near
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import final
@@ -124,7 +124,7 @@ def borders_of(result: Continued, scan: ArchiveView) -> list[Border]:
         for here, there in ((low, high), (high, low)):
             cycle, orbit = None, orbits.get(here)
             if orbit is not None:
-                place = place_of(result.request.system, name, here, orbit.state)
+                place = section_map.place_of(here, orbit.state)
                 cycle = at_value(section_map, place, orbit.period, here)
             # the branches through the orbit, and the segments in which they pass it
             passed = (
@@ -183,9 +183,7 @@ def _walked(
     if branch.ends[ahead > 0] == "shorter":
         # the branch ended on the orbit of half its period: locate the period doubling there
         along, end = result.request.along, -1 if ahead > 0 else 0
-        place = place_of(
-            result.request.system, along.name, float(values[end]), branch.states[end].tolist()
-        )
+        place = section_map.place_of(float(values[end]), branch.states[end].tolist())
         lengths = np.array([along.high - along.low])
         doubling = doubling_near(section_map, place, branch.period // 2, lengths)
         events += [] if doubling is None else [("PD", doubling.value)]

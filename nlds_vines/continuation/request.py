@@ -255,7 +255,7 @@ def load_continuation(
     if isinstance(source, Continuation) and not changes:
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)
-    system = request.as_set(request.system(DEFAULT_SYSTEM))
+    system: Any = request.as_set(request.any_system(DEFAULT_SYSTEM))
     names = meant_by(system.scene, [n for key in ("along", "plane") for n in request.table(key)])
     free, intervals = [*names, *system.following(names)], dict[str, Interval]()
     for key in ("along", "plane"):

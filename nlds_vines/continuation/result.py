@@ -20,13 +20,15 @@ from nlds_vines.continuation.arclength import best_map, place_at, seen_by
 from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
-from nlds_vines.continuation.section_map import Cycle, SectionMap, place_of, states_of
+from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import KINDS
 from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
@@ -75,7 +77,8 @@ class Branch(Outlined):
     parameter : (points,) ndarray
         The free parameter [SI].
     states : (points, 4) ndarray
-        x1, v1, x2, v2 [m, m/s] at phase zero; without a damper two components.
+        x1, v1, x2, v2 [m, m/s] at phase zero; without a damper two components; of a host those of
+        its `scene.components`.
     sections : (points, n, 4) ndarray
         The states one, two, ... periods later; the last ones are `states`.
     period : int
@@ -83,18 +86,19 @@ class Branch(Outlined):
     labels : (points,) ndarray of str
         "T,1", "3T,3" ...
     impacts : (points, 2) ndarray
-        Impacts per nT at the near and the far wall.
+        Impacts per nT at the near and the far wall; of a host, at each of its walls, damper by
+        damper.
     stable : (points,) ndarray of bool
         Whether all multipliers lie inside the unit circle.
     multipliers : (points, 4) complex ndarray
         Floquet multipliers, the largest modulus first.
     E1max, E2max : (points,) ndarray
-        Largest energies [J]; E2max is NaN without a damper.
+        Largest energies [J]; E2max is NaN without a damper, and (points, dampers) of several.
     residual : (points,) ndarray
         Closing error of the orbit in the energy norm, relative to the orbit.
     determinant_error : (points,) ndarray
         Relative difference of the product of the multipliers and the one that the divergence of
-        the equation of motion requires: an error bar of the multipliers.
+        the equation of motion requires: an error bar of the multipliers; NaN of a host.
     clearance : (points,) ndarray
         Smallest distance [m] of a pass that misses a wall; inf without any.
     softest_impact, fastest_impact : (points,) ndarray
@@ -250,13 +254,13 @@ class Continued(Drawable):
                     sections=sections.reshape(len(states), -1, states.shape[1]),
                     period=period,
                     labels=t["label"][rows],
-                    impacts=np.stack([t["impacts_near"][rows], t["impacts_far"][rows]], axis=1),
+                    impacts=t["impacts_by_wall"][rows],
                     stable=t["stable"][rows].astype(bool),
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
                     ends=(words[int(t["first_end"][i])], words[int(t["last_end"][i])]),
                     origin=list(ORIGINS)[int(t["origin"][i])],
                     parent=int(t["parent"][i]),
-                    **{"E2max": np.full(len(states), np.nan), **along},
+                    **{**dict.fromkeys(names, np.full(len(states), np.nan)), **along},
                 )
             )
         return tuple(branches)
@@ -279,12 +283,12 @@ class Continued(Drawable):
         columns: dict[str, tuple[Any, Any]] = {
             "kind": ("U3", [KINDS[int(code)] for code in t["kind"]]),
             "value": (float, values),
-            "before": ("U16", t["before"].astype(str)),
-            "after": ("U16", t["after"].astype(str)),
+            "before": ("U48", t["before"].astype(str)),
+            "after": ("U48", t["after"].astype(str)),
             "residual": (float, t["special_residual"]),
             "bracket": (float, bracket),
             "defect": (float, t["special_defect"]),
-            "wall": ("U4", t["wall"].astype(str)),
+            "wall": ("U48", t["special_wall"].astype(str)),
             "branch": (int, t["special_branch"]),
             "index": (int, t["special_index"]),
             "periodicity": (int, t["special_periodicity"]),
@@ -345,7 +349,7 @@ class Continued(Drawable):
             raise RequestError(
                 f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}"
             )
-        section_map, system, names = map_of(self.request), self.request.system, (along.name,)
+        section_map = map_of(self.request)
         crossings: list[Crossing] = []
         for i, branch in enumerate(self.branches):
             cycles: list[Cycle] = []
@@ -353,9 +357,9 @@ class Continued(Drawable):
                 if any(is_same(section_map, cycle, other) for other in cycles):
                     continue
                 cycles.append(cycle)
-                state = states_of(system, names, cycle.place[np.newaxis])[0]
+                state = section_map.states_of(cycle.place[np.newaxis])[0]
                 places = np.column_stack([cycle.points[:, : len(state)], np.full(cycle.n, value)])
-                sections = states_of(system, names, places)
+                sections = section_map.states_of(places)
                 label, mu = cycle.label, cycle.multipliers
                 crossings.append(Crossing(i, label, state, mu, cycle.unstable, sections))
         return crossings
@@ -364,10 +368,10 @@ class Continued(Drawable):
         self, section_map: SectionMap, branch: Branch, value: float
     ) -> Iterator[tuple[int, Cycle]]:
         """Yield (index of the preceding point, orbit) for each orbit of a branch at a value."""
-        values, name, n = branch.parameter, self.request.along.name, branch.period
+        values, n = branch.parameter, branch.period
         for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
             ends = [
-                place_of(self.request.system, name, float(values[j]), tuple(branch.states[j]))
+                section_map.place_of(float(values[j]), branch.states[j].tolist())
                 for j in (i, i + 1)
             ]
             # at a phase in flight, as a rigid impact may pass phase zero between the two points
@@ -404,7 +408,8 @@ class Continued(Drawable):
             )
             for row in self.special_points[self.special_points.branch == i]:
                 change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
-                wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
+                several = row.wall == "both" or " " in row.wall
+                wall = f" ({row.wall} wall{'s' * several})" if row.wall else ""
                 note = "" if row.resolved else f"; unresolved, within {row.bracket:.1g}"
                 if row.switch == "failed":
                     note += "; the branch that leaves there was not found"
@@ -430,8 +435,16 @@ class Continued(Drawable):
             yield "curves", ", ".join(f"{n} of {kind}" for kind, n in kinds)
 
 
-def map_of(request: Continuation) -> SectionMap:
-    return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
+def map_of(request: Continuation, free: int = 1) -> SectionMap:
+    """Return the section map of the first of the free parameters, or of both."""
+    items, settings = request.free[:free], Settings(float(request.tolerance))
+    names = tuple(item.name for item in items)
+    if not isinstance(request.system, HostSystem):
+        return SectionMap(request.system, names, settings)
+    from nlds_vines.continuation.host_section_map import HostSectionMap
+
+    lengths = [item.high - item.low for item in items]
+    return HostSectionMap(request.system, names, settings, lengths)
 
 
 def read_continuation(path: str | os.PathLike[str]) -> Continued:
@@ -458,25 +471,26 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     By the first dimension of the dataset, its argument is the `Cycle` of a point, a `Special` or a
     `Track`; it is None if all entries are computed at once.
     """
-    free, scene, pair = PARAMETERS[request.along.name], request.system.scene, ("multiplier", "part")
+    free, scene, pair = DESCRIBED[request.along.name], request.system.scene, ("multiplier", "part")
     dims: tuple[str, ...] = ("point",)
     yield Dataset.whole("branch_of_point", dims, "branch that a point belongs to"), None
     yield free.dataset(dims), lambda c: c.values[0]
     yield Dataset.real("state", (*dims, "component"), STATE_UNITS, "orbit at phase zero"), None
     yield Dataset.real("section", ("row", "component"), STATE_UNITS, "orbits at phase zero"), None
     yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
-    near, far = (f"impacts per nT at the {wall} wall" for wall in ("near", "far"))
-    yield Dataset.whole("impacts_near", dims, near), lambda c: c.counts[0]
-    yield Dataset.whole("impacts_far", dims, far), lambda c: c.counts[1]
+    by_wall = Dataset.whole("impacts_by_wall", (*dims, "wall"), "impacts per nT by wall")
+    yield by_wall, lambda c: c.counts
     yield Dataset.text("label", dims, "n and k of nT,k"), lambda c: c.label
     words = "whether all multipliers lie inside the unit circle"
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
     yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), lambda c: _parts(c.multipliers)
     yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect
-    words = "error of the product of multipliers, relative"
-    yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
+    if scene.kind != HOST:
+        words = "error of the product of multipliers, relative"
+        yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
     yield BY_NAME["E1max"].dataset(dims, scene), None
-    yield BY_NAME["E2max"].dataset(dims, scene), None
+    by_damper = ("damper",) * bool(scene.dampers)
+    yield BY_NAME["E2max"].dataset((*dims, *by_damper), scene), None
     yield BY_NAME["clearance"].dataset(dims, scene), lambda c: c.clearance
     yield BY_NAME["softest_impact"].dataset(dims, scene), lambda c: c.slowest
     words = "largest approach speed"
@@ -495,7 +509,7 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
     yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
     yield Dataset.text("after", dims, "label after it along the branch"), lambda s: s.after
-    yield Dataset.text("wall", dims, "wall of a grazing impact"), lambda s: s.wall
+    yield Dataset.text("special_wall", dims, "wall of a grazing impact"), lambda s: s.wall
     words = "test function there, relative"
     yield Dataset.real("special_residual", dims, "1", words), lambda s: s.residual
     yield Dataset.real("special_defect", dims, "1", DEFECT), lambda s: s.point.cycle.defect
@@ -526,8 +540,8 @@ def datasets_of(request: Continuation) -> Iterator[Dataset]:
     point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
     yield Dataset.whole("curve_of_point", point, "curve that a point belongs to")
     for name in (item.name for item in request.free):
-        yield PARAMETERS[name].dataset(point, "curve_")
-        yield PARAMETERS[name].dataset(meeting, "meeting_")
+        yield DESCRIBED[name].dataset(point, "curve_")
+        yield DESCRIBED[name].dataset(meeting, "meeting_")
     yield Dataset.real("curve_state", (*point, "component"), STATE_UNITS, "orbit at phase zero")
     pair = (*point, "multiplier", "part")
     yield Dataset.real("curve_multipliers", pair, "1", "Floquet multipliers")
@@ -541,7 +555,7 @@ def datasets_of(request: Continuation) -> Iterator[Dataset]:
 
 
 def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
-    components = request.system.scene.components
+    components, scene = request.system.scene.components, request.system.scene
 
     def counted(name: str, like: str, text: str) -> Scale:
         return Scale.counted(name, len(tables[like]), text)
@@ -556,7 +570,10 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
             "multiplier", len(components), "Floquet multiplier, the largest modulus first", 1
         ),
         Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
+        Scale("wall", np.array(scene.counted, "U"), "1", "name of the wall"),
     ]
+    if scene.dampers:
+        scales.append(Scale("damper", np.array(scene.dampers), "1", "name of the damper"))
     if request.plane is not None:
         scales += [
             counted("curve_point", "curve_of_point", "point of a curve, curve after curve"),
@@ -570,16 +587,17 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
     """Return the arrays of the datasets of branches and special points."""
     cycles = [point.cycle for track in tracks for point in track.points]
     specials = [special for track in tracks for special in track.specials]
-    size, along, system = section_map.size, (request.along.name,), request.system
+    size, scene = section_map.size, request.system.scene
     # the datasets that are functions of single records
     records: dict[str, Sequence[Any]] = {"point": cycles, "special": specials, "branch": tracks}
     tables: Tables = {}
     for entry, of in _entries(request):
         if of is not None:
             kind: Any = object if entry.dtype == "str" else entry.dtype
-            tail = (size, 2) if "part" in entry.dims else ()
+            lengths = {"multiplier": size, "part": 2, "wall": len(scene.counted)}
+            shape = len(records[entry.dims[0]]), *(lengths[dim] for dim in entry.dims[1:])
             values = np.array([of(one) for one in records[entry.dims[0]]], dtype=kind)
-            tables[entry.name] = values.reshape(-1, *tail)
+            tables[entry.name] = values.reshape(shape)
 
     def placed(cycles: Sequence[Cycle]) -> tuple[np.ndarray, np.ndarray]:
         places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 1)
@@ -594,18 +612,19 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
     there = placed([special.point.cycle for special in specials])
     switches = [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))]
     numbers = np.arange(len(tracks))
+    E2max = measured.energy[:, 1:] if scene.dampers else measured.energy[:, 1]
     return {
         **tables,
         "branch_of_point": np.repeat(numbers, [len(t.points) for t in tracks]),
-        "state": states_of(system, along, places),
-        "section": states_of(system, along, rows),
+        "state": section_map.states_of(places),
+        "section": section_map.states_of(rows),
         "E1max": measured.energy[:, 0],
-        **({"E2max": measured.energy[:, 1]} if system.scene.damper else {}),
+        **({"E2max": E2max} if scene.damper else {}),
         "fastest_impact": measured.strokes[:, 0],
         "largest_force": measured.strokes[:, 1],
         "switch": np.array(switches, dtype=np.int8),
         "special_branch": np.repeat(numbers, [len(t.specials) for t in tracks]),
-        "special_state": states_of(system, along, there[0]),
+        "special_state": section_map.states_of(there[0]),
         "special_E1max": section_map.measure(*there).energy[:, 0],
     }
 

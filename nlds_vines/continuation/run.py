@@ -22,11 +22,13 @@ from nlds_vines.continuation.result import (
     scales_of,
     tables_of,
 )
-from nlds_vines.continuation.section_map import SectionMap, place_of, states_of
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.orbits.batch import Wanted
+from nlds_vines.orbits.host_batch import host_starts, kernels_for
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start, random_states, start_states
@@ -38,23 +40,29 @@ from nlds_vines.runs.store import Arrays, Blocks, Write
 TRANSIENT, PERIODS = 600, 120
 
 
-def seeds_of(request: Continuation, tell: Tell | None = None) -> list[Seed]:
+def seeds_of(
+    request: Continuation, section_map: SectionMap, tell: Tell | None = None
+) -> list[Seed]:
     """Return the start orbits of a continuation; `RequestError` if there is none."""
-    begin, name, system = request.begin, request.along.name, request.system
+    begin, name = request.begin, request.along.name
     if begin.policy == "orbits":
-        return [(place_of(system, name, o.value, o.state), o.period) for o in begin.orbits]
-    there = system.with_(**{name: request.value})
-    starts = np.zeros((1, 4))
-    if begin.policy != "rest":
-        draws = start_states(Start("random", begin.count, begin.seed))
-        starts = random_states(there.cells(), draws, there.scene)
+        return [(section_map.place_of(o.value, o.state), o.period) for o in begin.orbits]
+    there, is_random = request.system.with_(**{name: request.value}), begin.policy != "rest"
+    start = Start("random", begin.count, begin.seed) if is_random else Start()
+    cells = np.repeat(np.atleast_1d(there.cells()), start.orbits)
+    if isinstance(there, HostSystem):
+        starts = host_starts(there, cells, start, np.arange(len(cells)))
+    elif is_random:
+        starts = random_states(there.cells(), start_states(start), there.scene)
+    else:
+        starts = np.zeros((1, 4))
     wanted = Wanted(there.scene, USUAL, "exact", "standard", Settings(float(request.tolerance)))
-    cells = np.repeat(np.atleast_1d(there.cells()), len(starts))[:, np.newaxis]
-    outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
-    arrays = {key: values[:, 0] for key, values in outputs.verdicts(cells).items()}
+    kernels, cells = kernels_for(there, wanted, tell), cells[:, np.newaxis]
+    outputs = kernels.run(cells, starts, TRANSIENT, PERIODS)
+    arrays = {key: values[:, 0] for key, values in kernels.verdicts(outputs, cells).items()}
     periods = arrays["periodicity"].tolist()
     seeds = [
-        (place_of(system, name, request.value, arrays["orbit_point"][i].tolist()), n)
+        (section_map.place_of(request.value, arrays["orbit_point"][i].tolist()), n)
         for i, (n, label) in enumerate(zip(periods, arrays["label"], strict=True))
         if n and label in (begin.label or label)
     ]
@@ -126,10 +134,9 @@ def curves_through(request: Continuation, specials: Sequence[Special], piece: Pi
     """
     along, plane = request.free
     second = float(request.system.parameters[plane.name])
-    settings = Settings(float(request.tolerance))
-    section_map = SectionMap(request.system, (along.name, plane.name), settings)
+    section_map = map_of(request, 2)
     low, high = np.array([along.low, plane.low]), np.array([along.high, plane.high])
-    curves = [_arrays_of(request, Curve("LP"))]
+    curves = [_arrays_of(request, section_map, Curve("LP"))]
     for special in specials:
         if special.kind not in CURVED or any(
             _holds(request, arrays, special, second) for arrays in curves
@@ -140,7 +147,8 @@ def curves_through(request: Continuation, specials: Sequence[Special], piece: Pi
             tracer = Tracer(section_map, special.kind, low, high)
             place = np.append(special.point.cycle.place, second)
             curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
-            return _arrays_of(request, curve if curve and curve.points else Curve(special.kind))
+            curve = curve if curve and curve.points else Curve(special.kind)
+            return _arrays_of(request, section_map, curve)
 
         curves.append(piece(follow))
     tables = {name: np.concatenate([arrays[name] for arrays in curves]) for name in curves[0]}
@@ -170,9 +178,9 @@ def _holds(request: Continuation, arrays: Arrays, special: Special, second: floa
     return False
 
 
-def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
+def _arrays_of(request: Continuation, section_map: SectionMap, curve: Curve) -> Arrays:
     """Return the datasets of one curve; without points, all are empty."""
-    names, size = [item.name for item in request.free], len(request.system.scene.components)
+    names, size = [item.name for item in request.free], section_map.size
     cycles = [point.cycle for point in curve.points]
     places = np.array([cycle.place for cycle in cycles]).reshape(-1, size + 2)
     met = np.array([point.cycle.values for _, point in curve.meetings]).reshape(-1, 2)
@@ -186,7 +194,7 @@ def _arrays_of(request: Continuation, curve: Curve) -> Arrays:
     }
     return {
         **{f"curve_{name}": places[:, size + i] for i, name in enumerate(names)},
-        "curve_state": states_of(request.system, names, places),
+        "curve_state": section_map.states_of(places),
         "curve_multipliers": np.stack([mu.real, mu.imag], axis=-1),
         **{name: np.array(values, dtype=np.int64) for name, values in whole.items()},
         **{f"meeting_{name}": met[:, i] for i, name in enumerate(names)},
@@ -204,7 +212,7 @@ def compute(
     along, section_map = request.along, map_of(request)
     bounds, limits = Bounds(along.low, along.high), (request.step, request.unstable)
     explorer = Explorer(section_map, bounds, piece, request.doublings, *limits)
-    seeds = seeds_of(request, tell)
+    seeds = seeds_of(request, section_map, tell)
     section_map.compile(tell)
     tracks = explorer.run(seeds)
     if not tracks:

@@ -6,6 +6,7 @@ import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,8 +15,7 @@ from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import name_of
-from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.scenes import Scene
+from nlds_vines.model.parameters import DESCRIBED, PARAMETERS
 from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
@@ -30,25 +30,22 @@ NEARBY, TINY = 2.0**-10, 1.0e-9
 # Weights of the one-sided difference of order four: values at 0 to 4 steps.
 WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
 
+SAME_ORBIT = 1.0e-7  # distance, relative to the orbit, below which two states are the same
+
 # the compiled entries of a continuation
 KERNELS = (
     cycles.trace, cycles.measure_cycles, cycles.solve_bordered, part_period.enter,
 )  # fmt: skip
 
 
-def shoots_from_flights(scene: Scene) -> bool:
-    """Return True if impacts are rigid: then states are taken in flight (`arclength`)."""
-    return bool(scene.walls) and any(law.instant for law in scene.laws)
-
-
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Cycle(Outlined):
     """A state, its image after n forcing periods, and derivatives; if closed, an nT orbit."""
 
-    state: np.ndarray  # (size,) x1, v1, r, s, or x, v of a system without a damper [m, m/s]
+    state: np.ndarray  # (size,) as kernels have it: x1, v1, r, s [m, m/s], or x, v
     values: np.ndarray  # (m,) free parameters
-    points: np.ndarray  # (n, 4) stroboscopic sections, the last one the image of `state`
-    counts: tuple[int, int]  # impacts at the near and the far wall
+    points: np.ndarray  # (n, size or more) sections, the last one the image of `state`
+    counts: tuple[int, ...]  # impacts by wall, the near one before the far one
     matrix: np.ndarray  # (size, size) monodromy matrix M
     slopes: np.ndarray  # (m, size) derivatives of the image with respect to the free parameters
     multipliers: np.ndarray  # (size,) complex eigenvalues of M, the largest modulus first
@@ -57,6 +54,9 @@ class Cycle(Outlined):
     clearance: float  # smallest gap of a pass that misses a wall [m]; inf if there is none
     slowest: float  # smallest approach speed of an impact [m/s]; inf if there is none
     volume: float  # ln |det M| from the divergence of the equation of motion and the impact laws
+    norms: np.ndarray  # (size,) energy norms of unit states
+    shares: tuple[int, ...] = ()  # impacts by damper, of several dampers
+    nearest: int = 0  # the wall of the clearance, of a host
     since: float = 0.0  # phase of `state` and `points` [periods] after a section at phase zero
 
     @property
@@ -65,7 +65,7 @@ class Cycle(Outlined):
 
     @property
     def label(self) -> str:
-        return name_of(self.n, sum(self.counts))
+        return name_of(self.n, sum(self.counts), *self.shares)
 
     @property
     def place(self) -> np.ndarray:
@@ -89,6 +89,9 @@ class Cycle(Outlined):
 class SectionMap:
     """The n-fold stroboscopic map, of which nT orbits are fixed points."""
 
+    system: Any  # a `System`; a `HostSystem` in a `HostSectionMap`
+    scene: Any
+
     def __init__(
         self, system: System, names: tuple[str, ...], settings: Settings | None = None
     ) -> None:
@@ -96,14 +99,22 @@ class SectionMap:
         self.scene = self.system.scene
         self.size = len(self.scene.components)
         self.since = 0.0
+        self.of_gap = 2 if self.size == 4 else 0  # the component of a state that walls limit
+        # whether impacts are rigid: then states are taken in flight (`arclength`)
+        self.is_rigid = bool(self.scene.walls) and any(law.instant for law in self.scene.laws)
         self._template = np.atleast_1d(self.system.cells())  # the cell record of the system itself
         self._parts = parts_of("exact", self.scene, settings)
 
-    def shot(self, since: float) -> SectionMap:
+    def shot(self, since: float) -> Self:
         """Return the map whose sections lie `since` periods after phase zero."""
         shifted = copy.copy(self)
         shifted.since = since
         return shifted
+
+    def accepts(self, values: np.ndarray) -> bool:
+        """Return True if each free parameter has an allowed value."""
+        pairs = zip(self.names, values, strict=True)
+        return all(bool(DESCRIBED[name].accepts(value)) for name, value in pairs)
 
     @cached_property
     def _direct(self) -> tuple[tuple[int, ...], ...] | None:
@@ -134,7 +145,7 @@ class SectionMap:
         compilation = Compilation(Needed(self.scene.key, "exact", ()), tell, helped=False)
         with compilation.followed(dict.fromkeys(KERNELS, "branches")):
             cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
-            if shoots_from_flights(self.scene):
+            if self.is_rigid:
                 none, status = np.zeros((0, 4)), np.zeros(0, np.int64)
                 part_period.enter(0, 0, parts, cells, none[:, :2].copy(), none, status)
             self.measure(np.zeros((0, size + len(self.names))), np.zeros(0, np.int64))
@@ -177,12 +188,8 @@ class SectionMap:
     def at(self, place: np.ndarray, n: int) -> Cycle | None:
         """Return the map of n periods at a place (size + m,), if it is allowed and integrable."""
         size, values = self.size, place[self.size :]
-        for i, name in enumerate(self.names):
-            allowed, value = PARAMETERS[name], values[i]
-            if not (allowed.low < value or (allowed.low == value and not allowed.above)):
-                return None
-            if not value <= allowed.high:
-                return None
+        if not self.accepts(values):
+            return None
         y = np.zeros(4)
         y[:size] = place[:size]
         traced = room_for(n, size, len(values))
@@ -197,7 +204,14 @@ class SectionMap:
             slopes=traced.slopes[:, :size],
             multipliers=pairs[:, 0] + 1j * pairs[:, 1], defect=defect, span=span,
             clearance=clearance, slowest=slowest, volume=volume, since=self.since,
+            norms=self._norms(cell[0]),
         )  # fmt: skip
+
+    def _norms(self, cell: Any) -> np.ndarray:
+        norms = unit_norms(cell, self.size)
+        if self.size == 4:  # a spring without stiffness has no energy
+            norms[2] = max(norms[2], norms[3] * float(cell.omega))
+        return norms
 
     def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
         """Return the weights (size + m,) that make states and parameters comparable.
@@ -205,16 +219,8 @@ class SectionMap:
         The weight of a state component is the energy norm of its unit, relative to that of the
         orbit; that of a parameter is 1 / `lengths` (m,).
         """
-        cell = self.cells(cycle.values[np.newaxis])[0]
-        weights = np.empty(self.size + len(lengths))
-        of_state = weights[: self.size]
-        of_state[:] = unit_norms(cell, self.size)
-        of_state /= cycle.span if cycle.span > 0.0 else 1.0
-        if self.size == 4:  # a spring without stiffness has no energy
-            of_state[2] = max(of_state[2], of_state[3] * float(cell.omega))
-        of_state[:] = np.where(of_state > 0.0, of_state, 1.0)
-        weights[self.size :] = 1.0 / lengths
-        return weights
+        norms = cycle.norms / (cycle.span if cycle.span > 0.0 else 1.0)
+        return np.concatenate([np.where(norms > 0.0, norms, 1.0), 1.0 / lengths])
 
     def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
         """Return the place `time` [periods] later, on the sections of `shot(since + time)`."""
@@ -257,21 +263,44 @@ class SectionMap:
         cycles.measure_cycles(0, count, self._parts, cells, starts, periods, extremes)
         return extremes
 
+    def grazing_walls(self, cycle: Cycle, name: str) -> tuple[int, ...]:
+        """Return the walls that graze where `slowest` or `clearance` of an orbit vanishes.
 
-def place_of(system: System, name: str, value: float, state: Sequence[float]) -> np.ndarray:
-    """Return the place (size + 1,) of a state in the user's coordinates at a parameter's value."""
-    place = [*state, value]
-    rest = system.with_(**{name: value}).rest
-    if rest is not None:
-        place[2], place[3] = state[0] - (state[2] - rest), state[1] - state[3]
-    return np.array(place)
+        Both, if an orbit between two walls is its own mirror image n/2 periods later; none if that
+        is not known.
+        """
+        present = tuple(self.scene.counted.index(wall) for wall in self.scene.walls)
+        if len(present) < 2 or cycle.n % 2 == 0:
+            return present[:1] if len(present) < 2 else ()
+        cell = self.cells(cycle.values[np.newaxis])[0]
+        mirrored = -cycle.state
+        mirrored[-2] += float(cell.near) - float(cell.far)  # r, or x, between the walls
+        return present if self.comes_to(cycle, mirrored) else ()
 
+    def comes_to(self, cycle: Cycle, state: np.ndarray) -> bool:
+        """Return True if an orbit has a state n/2 periods later."""
+        later = self.later(cycle.place, 0.5 * cycle.n)
+        if later is None:
+            return False
+        weights = self.weights(cycle, np.ones(len(cycle.values)))[: self.size]
+        return bool((np.abs(later[: self.size] - state) * weights).max() < SAME_ORBIT)
 
-def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.ndarray:
-    """Return the states (count, size) in the user's coordinates at places (count, size + m)."""
-    size = len(system.scene.components)
-    cells = system.cells({name: places[:, size + i] for i, name in enumerate(names)})
-    return user_states(cells, places[:, :size], system.scene)
+    def label_beyond(self, cycle: Cycle, walls: Sequence[int], change: int) -> str:
+        """Return an orbit's label with other impacts at `walls`; at one, if they are unknown."""
+        return name_of(cycle.n, sum(cycle.counts) + change * max(1, len(walls)))
+
+    def place_of(self, value: float, state: Sequence[float]) -> np.ndarray:
+        """Return the place (size + 1,) of a state in the user's coordinates at a value."""
+        place = [*state, value]
+        rest = self.system.with_(**{self.names[0]: value}).rest
+        if rest is not None:
+            place[2], place[3] = state[0] - (state[2] - rest), state[1] - state[3]
+        return np.array(place)
+
+    def states_of(self, places: np.ndarray) -> np.ndarray:
+        """Return the states (count, size) in the user's coordinates at places (count, size + m)."""
+        cells = self.cells(places[:, self.size :])
+        return user_states(cells, places[:, : self.size], self.scene)
 
 
 def bordered(

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -138,8 +139,8 @@ class Tracer:
     kind: str
     low: np.ndarray  # (2,) bounds of both parameters
     high: np.ndarray
-    without: tuple[int, int] = (0, 0)  # impacts without the grazing one
-    touching: tuple[int, int] = (0, 0)  # and with it
+    without: tuple[int, ...] = ()  # impacts without the grazing one
+    touching: tuple[int, ...] = ()  # and with it
     softness: float = 0.0  # [s^2/m] depth of its free flight over its squared approach speed
     level: float = 0.0  # clearance [m] of the orbits that are followed; 0 unless bodies are rigid
 
@@ -368,7 +369,7 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
         sides.append(cycle)
     without, touching = sorted(sides, key=lambda cycle: sum(cycle.counts))
     gained = [j - i for i, j in zip(without.counts, touching.counts, strict=True)]
-    if sorted(gained) != [0, 1]:
+    if sum(map(abs, gained)) != 1:
         return None
     softness = without.clearance / (touching.slowest * touching.slowest)
     return replace(tracer, without=without.counts, touching=touching.counts, softness=softness)
@@ -402,7 +403,7 @@ def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Tracer | 
                 continue
             weights = section_map.weights(cycle, tracer.high - tracer.low)
             place[:] = cycle.place
-            level = LEVEL / float(weights[2 if size == 4 else 0])
+            level = LEVEL / float(weights[section_map.of_gap])
             return replace(tracer, without=cycle.counts, level=level)
     return None
 
@@ -411,8 +412,8 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
     """Return the curve through a special point, in both directions, if it can be followed."""
     if tracer.kind == "GR":
         place = place.copy()
-        rigid = any(law.instant for law in tracer.section_map.scene.laws)
-        of_grazing = beside(tracer, place, n, impacts) if rigid else calibrated(tracer, place, n)
+        search = partial(beside, impacts=impacts) if tracer.section_map.is_rigid else calibrated
+        of_grazing = search(tracer, place, n)
         if of_grazing is None:
             return None
         tracer = of_grazing

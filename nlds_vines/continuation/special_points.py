@@ -8,7 +8,7 @@ LIM the limit of a scene is touched
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -45,7 +45,7 @@ class Special:
     # (residual and bracket of a BP are those of `Located`)
     residual: float  # test function, relative to its size at the ends of the first bracket
     bracket: float  # width of the last bracket, in units of the parameter
-    wall: str = ""  # of a GR whose impact is known: "near", "far" or "both"
+    wall: str = ""  # of a GR whose impact is known: "near", "far" or "both"; "cell1+"
     index: int = 0  # of the preceding point of the branch
 
     @property
@@ -55,7 +55,8 @@ class Special:
     @property
     def impacts(self) -> int:
         """The impacts of its orbit; at a grazing, without the grazing one."""
-        return min(int(label.split(",")[1]) for label in (self.before, self.after))
+        labels = (self.before, self.after)
+        return min(int(label.split(",")[1].partition(" ")[0]) for label in labels)
 
 
 def torus_pair(cycle: Cycle) -> tuple[complex, complex]:
@@ -202,17 +203,16 @@ def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[flo
                 beyond, start = behind, at + margin
                 break
             margin *= 4.0
-        wall = wall_of_change(counts, beyond.cycle.counts)
+        pairs = enumerate(zip(counts, beyond.cycle.counts, strict=True))
+        wall = walls_in_words(section_map, [i for i, (one, other) in pairs if one != other])
         labels = before.cycle.label, beyond.cycle.label
         yield at, Special("GR", point, *labels, residual, bracket, wall)
         before = beyond
 
 
-def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
-    """Return the wall at which two impact counts (near, far) differ."""
-    if before[0] != after[0] and before[1] != after[1]:
-        return "both"
-    return "near" if before[0] != after[0] else "far"
+def walls_in_words(section_map: SectionMap, walls: Sequence[int]) -> str:
+    names = section_map.scene.counted
+    return "both" if len(walls) == len(names) == 2 else " and ".join(names[i] for i in walls)
 
 
 def _grazing(before: Point, b: Point) -> Test:

@@ -249,8 +249,8 @@ class HostScene(Scene):
         return self.settable
 
     @property
-    def counted_walls(self) -> int:
-        return len(self.of_walls)
+    def counted(self) -> tuple[str, ...]:
+        return self.wall_words
 
     @property
     def wall_words(self) -> tuple[str, ...]:

@@ -96,9 +96,13 @@ class Scene:
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
     @property
+    def counted(self) -> tuple[str, ...]:
+        """The names of the walls in tables of counts, where kinds have always two."""
+        return ("near", "far")
+
+    @property
     def counted_walls(self) -> int:
-        """The number of walls in tables of counts, where kinds have always two."""
-        return 2
+        return len(self.counted)
 
     def by_damper(self, by_wall: np.ndarray) -> np.ndarray:
         """Return counts (..., walls) by damper, if there are several, and by wall."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL, ROW_OF_IMPACT
+from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL
 from nlds_vines.kernels.orbit.repetition import TOLERANCE, impacts_of, period_of
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.kernels.scene.scene import Span
@@ -29,6 +29,7 @@ from nlds_vines.orbits.host_orbits import (
     compile_host,
     energies_of,
     response_of,
+    rows_of,
 )
 from nlds_vines.orbits.records import JUDGED
 from nlds_vines.orbits.responses import OF_ROWS
@@ -139,7 +140,7 @@ class HostKernels:
             buffers.energy[place] = [E1, *(E2 if len(E2) else [0.0])]
         if watched is not None and buffers.response is not None:
             buffers.response[place] = response_of(watched, span.periods * period)
-        rows = impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
+        rows = rows_of(impacts)
         walls, touches = rows[:, OF_WALL].astype(np.int64), rows[:, OF_TOUCH] / period
         if buffers.touches is not None:
             room = buffers.touches[place]

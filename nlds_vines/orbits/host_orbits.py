@@ -177,6 +177,8 @@ class HostOrbits:
             links=len(rows),
             omega=system.omega,
             period=system.period,
+            begun=0.0,
+            turns=1.0,
             drives=2,
             paces=np.array([-system.omega, system.omega]),
             squares=squares,
@@ -399,13 +401,18 @@ class HostOrbits:
 
     def table_of(self, impacts: Impacts) -> np.ndarray:
         """Return the impacts as rows of dtype `IMPACT`."""
-        rows = impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
+        rows = rows_of(impacts)
         table = np.zeros(len(rows), IMPACT)
         for row, values in zip(table, rows, strict=True):
             row["damper"], row["wall"] = self.names[int(values[0])]
         for column, name in enumerate(("touch", "release", "speed", "force", "depth"), 1):
             table[name] = rows[:, column]
         return table
+
+
+def rows_of(impacts: Impacts) -> np.ndarray:
+    """Return the impacts as rows of the columns OF_WALL to OF_DEEPEST."""
+    return impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
 
 
 def host_record(record: Collection[str] | None) -> tuple[str, ...]:

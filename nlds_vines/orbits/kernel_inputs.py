@@ -50,13 +50,16 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
     )
 
 
-def room_for(n: int, size: int, count: int) -> Traced:
-    """Return the buffers for one orbit of n periods and `count` free parameters."""
+def room_for(n: int, size: int, count: int, width: int = 4, walls: int = 2) -> Traced:
+    """Return the buffers for one orbit of n periods and `count` free parameters.
+
+    `width` is the number of numbers of a section.
+    """
     return Traced(
-        np.empty((n, 4)),
-        np.zeros(2, np.int64),
+        np.empty((n, width)),
+        np.zeros(walls, np.int64),
         np.empty((size, size)),
-        np.empty((count, 4)),
+        np.empty((count, width)),
         np.empty((size, 2)),
         np.empty(NUMBERS_OF_CYCLE),
     )

@@ -14,7 +14,7 @@ import pytest
 from nlds_vines.continuation import arclength, exploration, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
-from nlds_vines.continuation.section_map import Cycle
+from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.errors import RequestError
 
 MU = 1.0 + sqrt(6.0)
@@ -32,7 +32,7 @@ class Map:
     f: object
     size: int = 1
     touch: object = None
-    laws: tuple = ()
+    is_rigid: bool = False
     limit: object = None
     calls: list = field(default_factory=list)
     since: int = 0
@@ -40,12 +40,11 @@ class Map:
 
     @property
     def scene(self):
-        walls = ("near",) if self.touch else ()
-        return SimpleNamespace(walls=walls, laws=self.laws, limit=self.limit)
+        return SimpleNamespace(counted=("near", "far"), limit=self.limit)
 
     def speed(self, depth):
         """Return the speed of an impact: a kick moves orbits by as much, a force by its square."""
-        return depth if self.laws else sqrt(depth)
+        return depth if self.is_rigid else sqrt(depth)
 
     def at(self, place, n):
         self.calls.append(n)
@@ -69,11 +68,19 @@ class Map:
             multipliers=mu[np.argsort(-np.abs(mu), kind="stable")],
             defect=float(np.abs(y - place[: self.size]).max()), span=1.0,
             clearance=min(misses, default=inf), slowest=min(map(self.speed, hits), default=inf),
-            volume=0.0,
+            volume=0.0, norms=np.ones(self.size),
         )  # fmt: skip
 
     def weights(self, cycle, lengths):
         return np.append(np.ones(self.size), 1.0 / lengths)
+
+    def place_of(self, value, state):
+        return np.array([*state, value])
+
+    def grazing_walls(self, cycle, name):
+        return (0,)
+
+    label_beyond = SectionMap.label_beyond
 
     def impacts(self, place, n):
         """Return no rows: an orbit has no flights, the longest of which it could be shot from."""
@@ -91,11 +98,11 @@ LOOP = Map(lambda y, p: y + 0.1 * (y * y + p * p - 0.25))
 """Its fixed points are a circle."""
 
 
-def grazing(laws=(), limit=None):
+def grazing(is_rigid=False, limit=None):
     """Return a map whose orbit x = p / 2 has an impact where x > 0.3."""
     return Map(
         lambda y, p: 0.5 * y + 0.25 * p,
-        touch=lambda y, p: (d := float(y[0]) - 0.3) + d * d, laws=laws, limit=limit,
+        touch=lambda y, p: (d := float(y[0]) - 0.3) + d * d, is_rigid=is_rigid, limit=limit,
     )  # fmt: skip
 
 
@@ -205,7 +212,7 @@ def test_special_points_are_located_with_their_kinds_labels_and_walls():
 
 def test_small_tools_of_special_points():
     # the wall of a grazing is that whose impacts change
-    walls = [special_points.wall_of_change((1, 1), after) for after in ((2, 1), (1, 2), (2, 2))]
+    walls = [special_points.walls_in_words(LOGISTIC, walls) for walls in ([0], [1], [0, 1])]
     assert walls == ["near", "far", "both"]
     # a null vector is hardly changed
     matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
@@ -277,14 +284,9 @@ def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
 REQUEST = SimpleNamespace(along=SimpleNamespace(name="p", low=2.5, high=3.5), system=None)
 
 
-def place_of(system, name, value, state):
-    return np.array([*state, value])
-
-
 @pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
-def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monkeypatch):
+def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events):
     """A branch 2T that has become T: the doubling is located at its end, or is not there."""
-    monkeypatch.setattr(regime_borders, "place_of", place_of)
     values = np.array([3.0 + off, 3.05, 3.1])
     states = np.array([[1.0 - 1.0 / values[0]], *([logistic_2T(p)] for p in values[1:])])
     branch = SimpleNamespace(
@@ -310,7 +312,6 @@ class Scan(dict):
 
 
 def test_borders_are_those_of_a_scans_first_start_along_its_only_axis(monkeypatch):
-    monkeypatch.setattr(regime_borders, "place_of", place_of)
     monkeypatch.setattr(regime_borders, "map_of", lambda request: LOGISTIC)
     result = SimpleNamespace(request=REQUEST, branches=())
     scan = Scan(p=np.array([2.6, 2.7]))
@@ -354,7 +355,7 @@ def test_a_branch_ends_at_a_bound_unstable_or_lost():
 
 
 def test_a_branch_ends_where_rigid_bodies_graze_or_its_limit_is_touched():
-    rigid = grazing((SimpleNamespace(instant=True),))
+    rigid = grazing(is_rigid=True)
     for value, sign, labels in ((0.2, 1.0, ("T,0", "T,1")), (0.9, -1.0, ("T,1", "T,0"))):
         arm = arm_of(rigid, (0.0, 1.0), value, 0.5 * value, sign=sign)
         (end,) = arm.specials

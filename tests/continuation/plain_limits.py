@@ -144,7 +144,7 @@ def test_what_vanishes_at_a_point_changes_its_sign_there(kind):
         multipliers = np.array(np.linalg.eigvals(size * block), complex)
         return Cycle(
             np.zeros(4), np.zeros(1), np.zeros((1, 4)), (1, 0), matrix, np.zeros((1, 4)),
-            multipliers, 0.0, 1.0, 1.0, 1.0, -np.inf,
+            multipliers, 0.0, 1.0, 1.0, 1.0, -np.inf, np.ones(4),
         )  # fmt: skip
 
     on, below, above = cycle(1.0), cycle(1.0 - 1e-4), cycle(1.0 + 1e-4)

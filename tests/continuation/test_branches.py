@@ -6,7 +6,7 @@ from test_closed_forms import located
 
 from benchmarks.boundary_values import Motion, doubling_by_shooting
 from nlds_vines import System, classify, continue_branch, load_system, simulate
-from nlds_vines.continuation.section_map import SectionMap, place_of
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.solver_settings import Settings
 
@@ -195,7 +195,7 @@ def test_orbits_at_a_value_are_all_there_and_a_saddle_divides_two_basins(set6):
     assert saddle.unstable == 1
     there = load_system("ssul-set6", omega=7.8)
     section_map = SectionMap(there, ("omega",), Settings(1e-12))
-    cycle = section_map.at(place_of(there, "omega", 7.8, tuple(saddle.state)), 2)
+    cycle = section_map.at(section_map.place_of(7.8, saddle.state), 2)
     values, vectors = np.linalg.eig(cycle.matrix)
     push = vectors[:, np.argmax(np.abs(values))].real * 1e-4
     labels = set()

@@ -391,7 +391,6 @@ def of(*dampers, host=FRAME, **load):
         (lambda: nv.simulate(of(CELL), 2, method="rk4"), "method of a host 'rk4'"),
         (lambda: nv.simulate(of(CELL), 2, nodes=3), "option of a host's orbit 'nodes'"),
         (lambda: nv.simulate(of(CELL), 2, start=[1, 2]), "8 finite numbers floor1, v_floor1"),
-        (lambda: nv.continue_branch(of(CELL)), "kind 'host' is not possible here"),
     ],
 )  # fmt: skip
 def test_wrong_requests_are_refused(call, message):

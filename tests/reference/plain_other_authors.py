@@ -7,7 +7,7 @@ import pytest
 
 from nlds_vines import RequestError, continue_branch, load_system, simulate, slow_manifold
 from nlds_vines.continuation.branch_arm import at_value
-from nlds_vines.continuation.section_map import SectionMap, place_of
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.linear_response import response
 
@@ -22,7 +22,7 @@ def test_every_value_has_a_source(name):
 def orbit_near(system, start, n=1):
     """Return the nT orbit near a start (x1, v1, x2, v2), or (x, v)."""
     section_map, omega = SectionMap(system, ("omega",)), system.parameters["omega"]
-    orbit = at_value(section_map, place_of(system, "omega", omega, start), n, omega)
+    orbit = at_value(section_map, section_map.place_of(omega, start), n, omega)
     assert orbit is not None
     return orbit
 

@@ -7,6 +7,7 @@ In reading order:
     cells          one cell: parameters, orbit, outputs, verdict; orbits that begin at any phase
     load_orbit     an orbit under a load, with jumps of the velocity; its energies at the edges
     cycles         an nT orbit as a point of a branch; orbits that come near known ones
+    host_cycles    that of a host
     lanes          many cells, one after another
     load_numbers   response quantities under loads, for many orbits
 """

@@ -47,8 +47,8 @@ MOST_NOTED = 4096  # impacts of a cycle whose speeds and forces count
 class Traced(NamedTuple):
     """An orbit of n periods with states of (size,) numbers, and its derivatives by m parameters."""
 
-    points: Any  # (n, 4) the sections
-    counts: Any  # (2,) impacts by wall
+    points: Any  # (n, 4) the sections; of a host (n, size)
+    counts: Any  # (walls,) impacts by wall
     matrix: Any  # (size, size) the monodromy matrix
     slopes: Any  # (m, 4) derivatives of the image by the parameters
     multipliers: Any  # (size, 2) real and imaginary parts
@@ -72,31 +72,24 @@ def set_shrinking(scratch, value):
     return before
 
 
-@jit(entry=True)
-def trace(parts, cell, changes, phase, y, traced):
-    """Follow an orbit from y (4,) for as many periods as `Traced` has points; return a status.
+@jit
+def follow_cycle(flow, y, traced, state):
+    """Follow an orbit from y for as many periods as `Traced` has points; return a status.
 
-    phase: the phase of y and of all sections, as a share of the period; cell (1,); changes (m,):
-    derivatives of the cell's numbers by m free parameters, 4 at most. Fills `traced`.
+    Fills `traced` but for the slopes and LOG_DETERMINANT; state: room for a state of the flow.
     """
     points, matrix, numbers = traced.points, traced.matrix, traced.numbers
-    flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
-    if status != OK:
-        return status
-    state, tangent, size = new_state(), np.zeros(16), len(matrix)
-    set_shrinking(flow.prepared.scratch, 0.0)
+    size, width = len(matrix), points.shape[1]
+    tangent = np.zeros(width * width)
     status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
     if status != OK:
         return status
-    n = len(points)
     span = span_of(flow.space, points)
     numbers[DEFECT], numbers[EXTENT] = distance(flow.space, state, y), span
     if span > 0.0:
         numbers[DEFECT] /= span
     numbers[MISS], numbers[GENTLEST] = clearance, slowest
-    volume = set_shrinking(flow.prepared.scratch, 0.0)
-    numbers[LOG_DETERMINANT] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
-    monodromy = matrix_of(tangent, size)
+    monodromy = matrix_of(tangent, size, width)
     for i in range(size):
         for j in range(size):
             matrix[i, j] = monodromy[i, j]
@@ -104,6 +97,27 @@ def trace(parts, cell, changes, phase, y, traced):
     for i in range(size):
         for c in range(2):
             traced.multipliers[i, c] = values_of[i, c]
+    return OK
+
+
+@jit(entry=True)
+def trace(parts, cell, changes, phase, y, traced):
+    """Follow an orbit from y (4,) for as many periods as `Traced` has points; return a status.
+
+    phase: the phase of y and of all sections, as a share of the period; cell (1,); changes (m,):
+    derivatives of the cell's numbers by m free parameters, 4 at most. Fills `traced`.
+    """
+    flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
+    if status != OK:
+        return status
+    n, state = len(traced.points), new_state()
+    set_shrinking(flow.prepared.scratch, 0.0)
+    status = follow_cycle(flow, y, traced, state)
+    if status != OK:
+        return status
+    volume = set_shrinking(flow.prepared.scratch, 0.0)
+    volume += flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
+    traced.numbers[LOG_DETERMINANT] = volume
     # the derivatives of the image of y by the parameters
     ps, damper = structure_under(parts.load, cell[0]), damper_of(parts.damper, cell[0])
     slopes, rows = traced.slopes, np.zeros(16)

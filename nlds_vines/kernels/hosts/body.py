@@ -24,7 +24,9 @@ class Body(NamedTuple):
     size: int  # coordinates X: modes, and masses of dampers
     links: int
     omega: float  # of the force [rad/s]; of a load in time, a rate up to that of its cells
-    period: float  # [s]
+    period: float  # [s]; shorter of orbits that are followed over a part of the force's period
+    begun: float  # turns of a harmonic force before a period
+    turns: float  # and within it
     drives: int  # numbers of the drive, even
     paces: Any  # (drives,) rates of the drive [1/s]
     squares: Any  # (modes,) of the modes' frequencies [1/s^2]

@@ -37,6 +37,8 @@ class HostGrid(NamedTuple):
     drives: int  # D numbers of the drive (`body`)
     propagators: Any  # (levels + 1) * N * (N + D): columns of y and drive, from the coarsest on
     is_harmonic: bool
+    begun: float  # turns of a harmonic force before a period
+    turns: float  # and within it
     # drives at the beginning of smallest cells, 2 (cells + 1); of a load in time, the coefficients
     # (D,) of the period
     phases: Any
@@ -202,7 +204,8 @@ def host_grid(body, stops):
     phases = np.zeros(2 * count + 2 if is_harmonic else D)
     if is_harmonic:
         for j in range(count + 1):
-            phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(j / count)
+            turn = body.begun + body.turns * (j / count)
+            phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(turn)
 
     # Taylor coefficients of r over a smallest cell
     links = body.links
@@ -256,8 +259,8 @@ def host_grid(body, stops):
             by_drive[link * D] += shaken
         forced[link] = push
     grid = HostGrid(
-        count, levels, h, fastest, D, propagators, is_harmonic, phases, scales, fourth, forced,
-        by_drive, polynomials,
+        count, levels, h, fastest, D, propagators, is_harmonic, body.begun, body.turns, phases,
+        scales, fourth, forced, by_drive, polynomials,
     )  # fmt: skip
     return grid, is_fine
 

@@ -109,12 +109,15 @@ def touch_in(walls, wall, end, table):
 
 @jit
 def note_miss(walls, wall, clearance, end, table, touches):
-    """Lower the smallest near miss to that of a wall in [0, end] of the expanded cell."""
+    """Lower the smallest near miss to that of a wall in [0, end] of the expanded cell.
+
+    clearance: the smallest near miss [m], and its wall.
+    """
     (bend, jerk), gap = tightened(table, math.inf, math.inf), walls.gaps[wall]
     best = gap - clearance[0]
     top = nearest_miss(table, 0.0, walls.signs[wall], end, best, bend, jerk, touches)
     if top > best:
-        clearance[0] = gap - top
+        clearance[0], clearance[1] = gap - top, wall
 
 
 @jit
@@ -124,7 +127,8 @@ def drive_of(grid, j, x, out):
         if x == 0.0:
             out[0], out[1] = grid.phases[2 * j], grid.phases[2 * j + 1]
         else:
-            out[0], out[1] = cos_sin_of_turn((j + x) / grid.cells)
+            turn = grid.begun + grid.turns * ((j + x) / grid.cells)
+            out[0], out[1] = cos_sin_of_turn(turn)
         return
     # a Taylor shift by repeated synthetic division
     D, place = grid.drives, (j + x) / grid.cells

@@ -41,8 +41,8 @@ def under(body, h):
     for k in range(body.drives - 1):
         paces[k] = (k + 1.0) / h
     return Body(
-        body.modes, body.size, body.links, min(body.omega, MOST_PACE / h), h, body.drives, paces,
-        body.squares, body.damping, body.coupling, body.coupled, body.push, body.rows,
+        body.modes, body.size, body.links, min(body.omega, MOST_PACE / h), h, 0.0, 1.0, body.drives,
+        paces, body.squares, body.damping, body.coupling, body.coupled, body.push, body.rows,
         body.answers, body.stiffness, body.dashpots,
     )  # fmt: skip
 

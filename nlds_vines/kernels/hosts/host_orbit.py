@@ -52,7 +52,7 @@ class HostFlow(NamedTuple):
     period: float  # [s]
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents, if contacts dissipate nothing
     by_period: np.ndarray  # (TOGETHER, walls) impacts of the last periods
-    clearance: np.ndarray  # (1,) smallest near miss so far [m]
+    clearance: np.ndarray  # (2,) smallest near miss so far [m], and its wall
     slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
 
 
@@ -90,7 +90,7 @@ def host_flow(body, walls, contacts, impacts, stops):
     space = HostSpace(2 * size, size, body.modes, body.rows, scales, masses, 0.0)
     flow = HostFlow(
         host, space, body.period, trace,
-        np.zeros((TOGETHER, walls.number), np.int64), np.full(1, np.inf), impacts.slowest,
+        np.zeros((TOGETHER, walls.number), np.int64), np.full(2, np.inf), impacts.slowest,
     )  # fmt: skip
     return flow, OK if is_fine else TOO_STIFF
 

@@ -50,7 +50,7 @@ class Varied(NamedTuple):
     free: Any  # (drives,) zeros: a variation has no force
     before: Any  # (2 size,) V and V' of the orbit before an impact
     late: Any  # (N,) t0 of the variations [s]
-    clearance: Any  # (1,) smallest near miss so far [m]
+    clearance: Any  # (2,) smallest near miss so far [m], and its wall
 
 
 @jit

@@ -216,8 +216,10 @@ def checked_state(value: object) -> tuple[float, ...]:
     return tuple(number("state", one) for one in value)
 
 
-def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mapping[str, Any]:
-    """Return `value` if it is a mapping whose keys are strings, and among `keys` if given."""
+def table(
+    what: str, value: object, keys: Iterable[str] | None = None, needed: Iterable[str] = ()
+) -> Mapping[str, Any]:
+    """Return `value` if it is a mapping from strings, among `keys` if given, the `needed` ones."""
     if not isinstance(value, Mapping):
         raise RequestError(f"{what} = {shown(value)} must be a table")
     allowed = None if keys is None else list(keys)
@@ -226,6 +228,8 @@ def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mappin
             raise RequestError(f"key = {shown(key)} must be a string")
         if allowed is not None and key not in allowed:
             raise unknown("key", key, allowed)
+    if missing := [key for key in needed if key not in value]:
+        raise RequestError(f"{missing[0]} is missing")
     return value
 
 

@@ -308,10 +308,7 @@ class Scan(Request):
 
     def _refuse_for_hosts(self) -> None:
         system: Any = self.system
-        if "response" in self.want:
-            object.__setattr__(self, "of", system.displacements(self.of))
-        elif self.of:
-            raise RequestError(f"of = {shown(list(self.of))}: the response is not recorded")
+        object.__setattr__(self, "of", system.displacements(list(self.of), self.want))
         choice("method of a host", self.method, solver_settings.METHODS[:1])
         if self.start.phase:
             raise RequestError("phase: orbits of hosts begin at phase 0")

@@ -208,15 +208,11 @@ class CellOrbit:
     def orbit(
         self, record: Collection[str] | None = None, quiet: bool = False
     ) -> Orbit | HostOrbit:
-        from nlds_vines.orbits.simulation import HostBeginning, checked_record, host_record
+        from nlds_vines.orbits.simulation import checked_record
 
-        if isinstance(self.begin, HostBeginning):
-            words = host_record(record)
-            if "response" in words and not self.begin.of:
-                raise RequestError("the scan records no response, so no displacement is named")
-        else:
-            words = checked_record(self.begin.system, record)
-        scan = self.scan
+        words, scan = checked_record(self.begin.system, record), self.scan
+        if scan.system.kind == HOST and "response" in words and not scan.of:
+            raise RequestError("the scan records no response, so no displacement is named")
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
 
     @property

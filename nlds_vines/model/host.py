@@ -80,6 +80,8 @@ class Host(Outlined):
     shape : (len(dofs), n) ndarray
         Displacement of the degrees of freedom by coordinate: the identity, unless the host was
         reduced or made from modes.
+    influence : (len(dofs),) ndarray
+        The displacement of each degree of freedom when the ground moves by 1.
     inertia : (n,) ndarray
         Minus the force on each coordinate for a unit acceleration of the ground [kg].
     note : str
@@ -143,8 +145,7 @@ class Host(Outlined):
             self._complete()
 
     def _shake(self, moved: np.ndarray) -> None:
-        """Set the displacements of the degrees of freedom when the ground moves by 1."""
-        self._moved = moved
+        self.influence = moved
         # sums of dense rows are rounded once: the same bits on every processor
         self.inertia = (
             self.M @ moved
@@ -179,26 +180,9 @@ class Host(Outlined):
         self._squares, self._vectors = _modes(self.K, self.M, len(self.inertia))
         if self.ratio is not None:
             moments = self.M @ self._vectors
-            self.C = (moments * self.rates_of(self._squares)) @ moments.T
+            self.C = (moments * modal_damping(self.ratio, self._squares)) @ moments.T
         elif self.C is None:
             self.C = np.zeros_like(self.K)
-
-    def rates_of(self, squares: np.ndarray) -> np.ndarray:
-        """Return the damping of all modes by `ratio`, 2 zeta omega [1/s].
-
-        Parameters
-        ----------
-        squares : (n,) ndarray
-            Squares of their frequencies [1/s^2], ascending.
-
-        Returns
-        -------
-        (n,) ndarray
-            The damping; the last ratio holds for all modes above.
-        """
-        ratios = np.asarray(self.ratio, dtype=float)
-        missing = max(0, squares.size - ratios.size)
-        return 2 * np.pad(ratios, (0, missing), "edge")[: squares.size] * np.sqrt(squares)
 
     def _in_modes(
         self,
@@ -216,7 +200,7 @@ class Host(Outlined):
                 f"not fit {count} modes"
             )
         self.dofs, self.shape, self.inertia = _names(dofs, len(shape)), shape, inertia
-        self._moved, self.note, self.is_plain = moved, note, False
+        self.influence, self.note, self.is_plain = moved, note, False
         return self
 
     @classmethod
@@ -366,26 +350,6 @@ class Host(Outlined):
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(self._squares > 0, rates / (2 * self.frequencies), np.nan)
 
-    def moved(self, dof: str) -> float:
-        """Return the displacement of a degree of freedom when the ground moves by 1.
-
-        Parameters
-        ----------
-        dof : str
-            Its name.
-
-        Returns
-        -------
-        float
-            Its `influence`; 1 for a host from modes.
-
-        Raises
-        ------
-        RequestError
-            For a name that the host does not have.
-        """
-        return float(self._moved[self.dofs.index(choice("degree of freedom", dof, self.dofs))])
-
     def row(self, dof: str) -> np.ndarray:
         """Return the displacement of a degree of freedom by coordinate, (n,).
 
@@ -501,7 +465,8 @@ class Host(Outlined):
         host = Host(np.eye(V.shape[1]), np.diag(reduced_squares), C, ratio=self.ratio)
         names = ", ".join(statics)
         note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
-        return host._in_modes(self.dofs, self.shape @ V, V.T @ self.inertia, self._moved, note=note)
+        inertia = V.T @ self.inertia
+        return host._in_modes(self.dofs, self.shape @ V, inertia, self.influence, note=note)
 
     def frequency_response(
         self,
@@ -783,16 +748,12 @@ def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
     if source in _READY:
         with at(source):
             arguments = [*signature(_READY[source]).parameters.values()][:-1]
-            values = table(source, entry[source], [one.name for one in arguments])
-            for one in arguments:
-                if one.default is one.empty and one.name not in values:
-                    raise RequestError(f"{one.name} is missing")
+            needed = [one.name for one in arguments if one.default is one.empty]
+            values = table(source, entry[source], [one.name for one in arguments], needed)
             host: Host = _READY[source](**values, **options)
             return host
     matrices = {key: _rows(key, entry[key]) for key in ("M", "K", "C") if key in entry}
-    for name in ("K",) if source == "M" else ("K", "inertia", "dofs"):
-        if name not in entry:
-            raise RequestError(f"{name} is missing beside {source}")
+    table(source, entry, needed=["K"] if source == "M" else ["K", "inertia", "dofs"])
     if source == "M":
         return Host(**matrices, **options)
     for name in ("K", "shape"):
@@ -813,7 +774,7 @@ def table_of(host: Host) -> dict[str, Any]:
         values["ratio"] = host.ratio.tolist()
     elif C.any():
         values["C"] = _listed(C)
-    values |= {"dofs": list(host.dofs), "influence": host._moved.tolist()}
+    values |= {"dofs": list(host.dofs), "influence": host.influence.tolist()}
     if not host.is_plain:
         values |= {"inertia": host.inertia.tolist(), "shape": host.shape.tolist()}
         values["note"] = host.note
@@ -847,11 +808,7 @@ def _rows(name: str, value: Any) -> Any:
     """Return a matrix of a file: rows, a diagonal, or a path."""
     if isinstance(value, str):
         return value
-    _sequence(name, value)
-    try:
-        matrix = np.array(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise RequestError(f"{name} = {shown(value)} must be rows of numbers") from None
+    matrix = _array(name, _sequence(name, value), "rows of numbers")
     return np.diag(matrix) if matrix.ndim == 1 else matrix
 
 
@@ -861,6 +818,12 @@ def _listed(matrix: np.ndarray) -> list[Any]:
     has_others = np.count_nonzero(matrix) > np.count_nonzero(diagonal)
     rows: list[Any] = (matrix if has_others else diagonal).tolist()
     return rows
+
+
+def modal_damping(ratio: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Return 2 zeta omega [1/s] of modes with ascending omega^2; the last ratio holds above."""
+    missing = max(0, squares.size - ratio.size)
+    return 2 * np.pad(ratio, (0, missing), "edge")[: squares.size] * np.sqrt(squares)
 
 
 def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -891,10 +854,7 @@ def _matrix(name: str, value: Any) -> Any:
         except (OSError, ValueError) as error:
             raise RequestError(f"{name} = {shown(str(value))} cannot be read: {error}") from None
     if not scipy.sparse.issparse(value):
-        try:
-            value = _numbers(value)
-        except (TypeError, ValueError, OverflowError):
-            raise RequestError(f"{name} = {shown(value)} must be a matrix of numbers") from None
+        value = _array(name, value, "a matrix of numbers")
     if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
         raise RequestError(f"{name} has the shape {value.shape}; it must be square")
     entries = scipy.sparse.coo_array(value)
@@ -912,16 +872,16 @@ def _matrix(name: str, value: Any) -> Any:
     return symmetric.toarray() if value.shape[0] <= MOST_DENSE else symmetric
 
 
-def _numbers(value: Any) -> np.ndarray:
+def _array(name: str, value: Any, words: str) -> np.ndarray:
     """Return an array of floats, or of complex numbers, whose imaginary parts a cast would drop."""
-    return np.array(value, dtype=complex if np.iscomplexobj(value) else float)
+    try:
+        return np.array(value, dtype=complex if np.iscomplexobj(value) else float)
+    except (TypeError, ValueError, OverflowError):
+        raise RequestError(f"{name} = {shown(value)} must be {words}") from None
 
 
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
-    try:
-        vector = _numbers(value)
-    except (TypeError, ValueError, OverflowError):
-        raise RequestError(f"{name} = {shown(value)} must be numbers") from None
+    vector = _array(name, value, "numbers")
     is_sound = vector.ndim == 1 and vector.size > 0 and np.isfinite(vector).all()
     if np.iscomplexobj(vector) or not is_sound or (vector < least).any():
         bound = "" if least == -np.inf else f" >= {least:g}"

@@ -177,11 +177,8 @@ class Damper:
                 raise RequestError(
                     "a mass m is missing" if has_mass else "has no mass m between two bodies"
                 )
-            if self.m is not None and number("m", self.m) <= 0:
-                raise RequestError(f"m = {self.m:g} must be > 0 [kg]")
-            for name in ("k", "c"):
-                if number(name, getattr(self, name)) < 0:
-                    raise RequestError(f"{name} = {getattr(self, name):g} must be >= 0")
+            for key in ("m", "k", "c") if has_mass else ("k", "c"):
+                DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
             if not _are(Wall, self.walls):
                 raise RequestError(f"walls = {shown(self.walls)} must be a list of Wall")
             walls = tuple(self.walls)
@@ -200,6 +197,17 @@ class Damper:
         """Its numbers m, k and c, without a mass k and c."""
         values = {"k": float(self.k), "c": float(self.c)}
         return values if self.m is None else {"m": float(self.m), **values}
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The degree of freedom, or the two, that it is attached to."""
+        ends = self.attached_to
+        return (ends,) if isinstance(ends, str) else tuple(ends)
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """The two whose difference is r: a degree of freedom, and its own mass or another one."""
+        return self.places if self.m is None else (*self.places, self.name)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -314,7 +322,7 @@ class HostSystem(Outlined):
         """Return the dampers, the force and the host's frequencies."""
         for damper in self.dampers:
             mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
-            place = " and ".join(_ends(damper))
+            place = " and ".join(damper.places)
             yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
         force = numbers(self.force) or f"ground {self.acceleration:.6g} m/s^2"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
@@ -323,6 +331,11 @@ class HostSystem(Outlined):
     def period(self) -> float:
         """Forcing period T = 2 pi / omega [s]."""
         return 2 * pi / self.omega
+
+    @property
+    def masses(self) -> tuple[Damper, ...]:
+        """The dampers that have a mass, which come first."""
+        return tuple(damper for damper in self.dampers if damper.m is not None)
 
     @cached_property
     def scene(self) -> HostScene:
@@ -334,7 +347,7 @@ class HostSystem(Outlined):
         count = len(self.host.inertia)
         is_plain = self.host.is_plain
         names = self.host.dofs if is_plain else [f"mode{i + 1}" for i in range(count)]
-        masses = [damper.name for damper in self.dampers if damper.m is not None]
+        masses = [damper.name for damper in self.masses]
         walls = [(damper.name, wall) for damper in self.dampers for wall in damper.walls]
         sides = {wall.side for _, wall in walls}
         several = len(self.dampers) > 1
@@ -562,7 +575,7 @@ class HostSystem(Outlined):
             "kind": self.kind,
             "host": self.host.heading(),
             **values,
-            **{f"{damper.name}.{PLACE}": " and ".join(_ends(damper)) for damper in self.dampers},
+            **{f"{damper.name}.{PLACE}": " and ".join(damper.places) for damper in self.dampers},
             **{
                 f"{damper.name}.law{wall.side}": wall.law
                 for damper in self.dampers
@@ -572,81 +585,68 @@ class HostSystem(Outlined):
 
     def rows(self) -> np.ndarray:
         """Return w of r = w X of each damper, (dampers, coordinates and masses)."""
-        masses = [damper for damper in self.dampers if damper.m is not None]
-        count = len(self.host.inertia)
-        rows = np.zeros((len(self.dampers), count + len(masses)))
+        rows = np.zeros((len(self.dampers), len(self.host.inertia) + len(self.masses)))
         for row, damper in zip(rows, self.dampers, strict=True):
-            if isinstance(damper.attached_to, str):
-                row[:count] = self.host.row(damper.attached_to)
-                row[count + masses.index(damper)] = -1.0
-            else:
-                one, other = damper.attached_to
-                row[:count] = self.host.row(one)
-                if other != GROUND:
-                    row[:count] -= self.host.row(other)
+            for place, sign in zip(damper.ends, (1.0, -1.0), strict=True):
+                if place != GROUND:
+                    row += sign * self._row(place)
         return rows
 
-    def displacements(self, names: Sequence[str] = ()) -> tuple[str, ...]:
+    def _row(self, name: str) -> np.ndarray:
+        """Return the row of a degree of freedom or of a damper's mass."""
+        count, masses = len(self.host.inertia), [damper.name for damper in self.masses]
+        row = np.zeros(count + len(masses))
+        if name in masses:
+            row[count + masses.index(name)] = 1.0
+        else:
+            row[:count] = self.host.row(name)
+        return row
+
+    def displacements(
+        self, names: Sequence[str] = (), records: Collection[str] = ("response",)
+    ) -> tuple[str, ...]:
         """Return the names of displacements whose response is recorded, checked.
 
         By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
         """
+        if "response" not in records:
+            if names:
+                raise RequestError(f"of = {shown(names)}: the response is not recorded")
+            return ()
         names = (names,) if isinstance(names, str) else tuple(names)
         for name in names:
             self.displacement(name)
-        ends = [damper.attached_to for damper in self.dampers]
-        usual = [end if isinstance(end, str) else end[0] for end in ends]
+        usual = [damper.places[0] for damper in self.dampers]
         return tuple(dict.fromkeys(names or usual or self.host.dofs))
 
     def displacement(self, name: str) -> tuple[np.ndarray, float]:
-        """Return a displacement as a row of coordinates and masses, and that with the ground.
+        """Return the row of a displacement, and its value when the ground moves by 1.
 
-        Parameters
-        ----------
-        name : str
-            A degree of freedom "roof", a damper's mass "cell1", or a difference "roof-floor2".
-
-        Returns
-        -------
-        (coordinates and masses,) ndarray
-            The row w of w X.
-        float
-            The displacement when the ground moves by 1.
-
-        Raises
-        ------
-        RequestError
-            For a name that the system does not have.
+        It is that of a degree of freedom "roof", of a damper's mass "cell1", or a difference,
+        "roof-floor2".  Raises `RequestError` for other names.
         """
-        count = len(self.host.inertia)
-        masses = {damper.name: damper for damper in self.dampers if damper.m is not None}
-        allowed = (*self.host.dofs, *masses)
-        if name not in allowed and "-" in name:
+        places = {damper.name: damper.places[0] for damper in self.masses}
+        allowed = (*self.host.dofs, *places)
+        if name not in allowed:
             for i in (i for i, letter in enumerate(name) if letter == "-"):
                 if name[:i] in allowed and name[i + 1 :] in allowed:
                     row, moved = self.displacement(name[:i])
                     other, beside = self.displacement(name[i + 1 :])
                     return row - other, moved - beside
         choice("displacement", name, allowed)
-        row = np.zeros(count + len(masses))
-        if name not in masses:
-            row[:count] = self.host.row(name)
-            return row, self.host.moved(name)
-        row[count + list(masses).index(name)] = 1.0
-        return row, self.host.moved(str(masses[name].attached_to))
+        dof = self.host.dofs.index(places.get(name, name))
+        return self._row(name), float(self.host.influence[dof])
 
     def push(self) -> np.ndarray:
         """Return the force [N] on each coordinate and mass at cos(omega t) = 1."""
-        masses = [damper for damper in self.dampers if damper.m is not None]
         if self.force:
-            on_host = sum(
-                (P * self.host.row(dof) for dof, P in self.force.items()),
-                np.zeros(len(self.host.inertia)),
-            )
-            return np.concatenate([on_host, np.zeros(len(masses))])
+            push = np.zeros(len(self.host.inertia) + len(self.masses))
+            for dof, P in self.force.items():
+                push += P * self._row(dof)
+            return push
         on_masses = [
-            -self.acceleration * float(damper.m or 0) * self.host.moved(str(damper.attached_to))
-            for damper in masses
+            -self.acceleration * float(damper.m or 0) * self.displacement(damper.name)[1]
+            for damper in self.masses
         ]
         return np.concatenate([-self.acceleration * self.host.inertia, on_masses])
 
@@ -688,8 +688,7 @@ def system_from_host(
         base, omega = {"acceleration": 0.0}, 1.0  # a system for loads in time
     if omega is None:
         raise RequestError("omega is missing, the frequency [rad/s]")
-    if number("omega", omega) <= 0:
-        raise RequestError(f"omega = {omega:g} must be > 0 [rad/s]")
+    PARAMETERS["omega"].check(number("omega", omega))
     if (force is None) == (base is None):
         raise RequestError("a system needs one of force and base")
     forces, acceleration = {}, 0.0
@@ -739,7 +738,7 @@ def host_system_from(
             raise RequestError("one of omega and f must be given")
         rate = number("f", drive["f"]) * (2 * pi) if "f" in drive else drive["omega"]
         forced = drive.get("at")
-    used = [end for damper in dampers for end in _ends(damper) if end != GROUND]
+    used = [end for damper in dampers for end in damper.places if end != GROUND]
     used += forced if isinstance(forced, Mapping) else []
     with at("[system.host]"):
         host = host_from(table("host", entry.get("host", {})), [*dict.fromkeys(used)])
@@ -755,9 +754,7 @@ _OF_LAWS = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.all
 def _damper_from(entry: Any) -> Damper:
     """Return the damper of a table, whose law and constants are those of walls without others."""
     own = ("name", PLACE, "m", "k", "c")
-    values = table("a damper", entry, (*own, "walls", "law", *_OF_LAWS))
-    if missing := [key for key in own[:2] if key not in values]:
-        raise RequestError(f"{missing[0]} is missing")
+    values = table("a damper", entry, (*own, "walls", "law", *_OF_LAWS), own[:2])
     law, walls = values.get("law", HERTZ.name), values.get("walls", [])
     constants = {key: value for key, value in values.items() if key in _OF_LAWS}
     if not isinstance(walls, list):
@@ -765,17 +762,10 @@ def _damper_from(entry: Any) -> Damper:
     made = []
     for number_of_wall, wall in enumerate(walls, start=1):
         with at(f"wall {number_of_wall}"):
-            given = table("a wall", wall, ("gap", "side", "law", *_OF_LAWS))
-            shared = constants if given.get("law", law) == law else {}
-            if "gap" not in given:
-                raise RequestError("gap is missing")
-            made.append(Wall(**{"law": law, **shared, **given}))
+            entries = table("a wall", wall, ("gap", "side", "law", *_OF_LAWS), ["gap"])
+            shared = constants if entries.get("law", law) == law else {}
+            made.append(Wall(**{"law": law, **shared, **entries}))
     return Damper(**{key: values[key] for key in own if key in values}, walls=made)
-
-
-def _ends(damper: Damper) -> tuple[str, ...]:
-    ends = damper.attached_to
-    return (ends,) if isinstance(ends, str) else tuple(ends)
 
 
 def check_places(host: Host, dampers: Sequence[Damper]) -> None:
@@ -786,7 +776,7 @@ def check_places(host: Host, dampers: Sequence[Damper]) -> None:
             raise RequestError(f"damper {damper.name!r}: the name is taken")
         names.append(damper.name)
         with at(f"damper {damper.name!r}"):
-            for i, place in enumerate(_ends(damper)):
+            for i, place in enumerate(damper.places):
                 choice("attached_to", place, (*host.dofs, GROUND) if i else host.dofs)
                 if place != GROUND and not np.any(host.row(place)):
                     raise RequestError(

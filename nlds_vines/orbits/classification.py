@@ -22,7 +22,7 @@ from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, judge_orbit
+from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, follow_host
 from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
@@ -263,7 +263,7 @@ def classify(
         orbits = HostOrbits(system, settings.stepped_to)
         y, span = orbits.start(start), Span(before, sampled, 1)
         tell, records = notice(quiet), orbits.records(True, ())
-        status, section, impacts, row = judge_orbit(orbits, y, span, effort, tell, records)
+        status, section, impacts, row = follow_host(orbits, y, span, tell, records, effort)
         if status != OK:
             raise IntegrationError.of(system, status)
         omega, counts = np.array([system.omega]), impacts.counts[np.newaxis]

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.kernels.hosts.host_contact import ROW_OF_IMPACT, Impacts
 from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
 from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
@@ -75,15 +74,11 @@ def follow_load(
     section, room = np.zeros((len(edges), 3 * size)), 1024
     while True:
         records = orbits.records(True, names)
-        counts = np.zeros(orbits.walls.number, np.int64)
-        data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
-        impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
-        code = run_host_under(
-            orbits.body, orbits.walls, orbits.contacts(), load, state, section, impacts, records
-        )
-        if code != OK or filled[0] <= room:
+        impacts, how = orbits.room_for(room), (orbits.body, orbits.walls, orbits.contacts())
+        code = run_host_under(*how, load, state, section, impacts, records)
+        if code != OK or impacts.filled[0] <= room:
             break
-        room, state[:] = int(filled[0]), start
+        room, state[:] = int(impacts.filled[0]), start
     accelerations = np.hstack([section[:, 2 * size :]] * 2)
     return LoadedOrbit(
         code,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
 from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
@@ -22,7 +22,7 @@ from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.host import Host
+from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
 from nlds_vines.model.scenes import LONGEST_NAME
@@ -66,7 +66,33 @@ _CONSTANTS = np.dtype([(name, float) for name in CONSTANTS])
 
 
 @dataclass(frozen=True, repr=False)
-class HostOrbit(Outlined):
+class Recorded(Outlined):
+    """What `simulate` records of any system; None if it was not asked for."""
+
+    system: Any
+    state: np.ndarray
+    section: np.ndarray | None = None
+    impacts: np.ndarray | None = None
+    E1max: float | None = None
+    E2max: Any = None  # [J]; of a host (dampers,)
+    response: Mapping[str, Any] | None = None
+    trajectory: np.ndarray | None = None
+    time: np.ndarray | None = None
+    transient: int = 0
+
+    def heading(self) -> str:
+        return f"of {self.system.heading()}"
+
+    def outline(self) -> Rows:
+        names = self.system.scene.components
+        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
+        arrays = {name: getattr(self, name) for name in ("section", "impacts", "trajectory")}
+        present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
+        if present:
+            yield "recorded", ", ".join(present)
+
+
+class HostOrbit(Recorded):
     """An orbit of a host from `simulate`; attributes that were not recorded are None.
 
     Attributes
@@ -108,35 +134,14 @@ class HostOrbit(Outlined):
     (4, 8)
     """
 
-    system: HostSystem
-    state: np.ndarray
-    section: np.ndarray | None = None
-    impacts: np.ndarray | None = None
-    E1max: float | None = None
-    E2max: np.ndarray | None = None
-    response: Mapping[str, Mapping[str, float]] | None = None
-    trajectory: np.ndarray | None = None
-    time: np.ndarray | None = None
-    transient: int = 0
-
-    def heading(self) -> str:
-        """Return "of" and the heading of the system."""
-        return f"of {self.system.heading()}"
-
     def outline(self) -> Rows:
-        """Return the last state and the records, arrays by their shapes."""
-        names = self.system.scene.components
-        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
-        if self.E1max is not None and self.E2max is not None:
+        yield from super().outline()
+        if self.E1max is not None:
             dampers = [f"E2max of {damper.name}" for damper in self.system.dampers]
             energies = dict(zip(dampers, self.E2max.tolist(), strict=True))
             yield "energies [J]", numbers({"E1max": self.E1max, **energies})
         for row, values in (self.response or {}).items():
             yield f"{row} [m, m/s^2]", numbers(values)
-        arrays = {name: getattr(self, name) for name in ("section", "impacts", "trajectory")}
-        present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
-        if present:
-            yield "recorded", ", ".join(present)
 
 
 class HostOrbits:
@@ -151,7 +156,7 @@ class HostOrbits:
                 "Reduce it: host.reduced(keep=20, statics=[...])"
             )
         squares, self.modes = _modes_of(host)
-        masses = np.array([damper.m for damper in system.dampers if damper.m is not None])
+        masses = np.array([damper.m for damper in system.masses])
         self.size, size = n + len(masses), n + len(masses)
         inverse = np.concatenate([np.ones(n), 1 / masses])
 
@@ -162,7 +167,7 @@ class HostOrbits:
         rows = by_mode(system.rows())
         push = by_mode(system.push()[None])[0]
         if host.ratio is not None:
-            own, coupling = host.rates_of(squares), np.zeros((n, n))
+            own, coupling = modal_damping(host.ratio, squares), np.zeros((n, n))
         else:
             damping = _times(_times(self.modes.T, np.asarray(host.C)), self.modes)
             own = np.diag(damping).copy()
@@ -225,10 +230,9 @@ class HostOrbits:
         pairs = [system.displacement(name) for name in names]
         rows = np.array([row for row, _ in pairs]).reshape(len(names), -1 if names else self.size)
         by_mode = np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
-        masses = [damper for damper in system.dampers if damper.m is not None]
-        count = 1 + len(masses) if energy else 0
-        m = np.concatenate([np.ones(n), [damper.m for damper in masses]])
-        k = np.concatenate([self.body.squares, [damper.k for damper in masses]])
+        count = 1 + len(system.masses) if energy else 0
+        m = np.concatenate([np.ones(n), [damper.m for damper in system.masses]])
+        k = np.concatenate([self.body.squares, [damper.k for damper in system.masses]])
         return HostRecords(
             masses=m if count else np.zeros(0),
             springs=k if count else np.zeros(0),
@@ -268,7 +272,8 @@ class HostOrbits:
         room, start = 64 + IMPACTS_EXPECTED * span.periods, state.copy()
         section = np.zeros(((noted + span.periods) * span.stops, 2 * self.size))
         while True:
-            code, impacts = self._follow(state, span, section, room, records)
+            impacts, how = self.room_for(room), (self.body, self.walls, self.contacts())
+            code = run_host(*how, span, state, section, impacts, records)
             if code != OK or impacts.filled[0] <= room:
                 return code, section, impacts
             room = int(impacts.filled[0])
@@ -276,21 +281,10 @@ class HostOrbits:
             if records is not None:
                 records.peaks[:], records.squares[:] = 0.0, 0.0
 
-    def _follow(
-        self,
-        state: np.ndarray,
-        span: Span,
-        section: np.ndarray,
-        room: int,
-        records: HostRecords | None,
-    ) -> tuple[int, Impacts]:
+    def room_for(self, count: int) -> Impacts:
+        data, filled = np.zeros(count * ROW_OF_IMPACT), np.zeros(1, np.int64)
         counts = np.zeros(self.walls.number, np.int64)
-        data, filled = np.zeros(room * ROW_OF_IMPACT), np.zeros(1, np.int64)
-        impacts = Impacts(data, filled, room, counts, np.full(1, np.inf))
-        code = run_host(
-            self.body, self.walls, self.contacts(), span, state, section, impacts, records
-        )
-        return code, impacts
+        return Impacts(data, filled, count, counts, np.full(1, np.inf))
 
     def follow_judged(
         self, state: np.ndarray, span: Span, effort: str, records: HostRecords | None = None
@@ -415,14 +409,6 @@ def rows_of(impacts: Impacts) -> np.ndarray:
     return impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
 
 
-def host_record(record: Collection[str] | None) -> tuple[str, ...]:
-    """Return the checked words of a record."""
-    if record is None:
-        return RECORDS[:2]
-    words = (record,) if isinstance(record, str) else tuple(record)
-    return tuple(choice("record of a host", word, RECORDS) for word in words)
-
-
 @stoppable
 def follow_host(
     orbits: HostOrbits,
@@ -430,30 +416,26 @@ def follow_host(
     span: Span,
     tell: Tell | None,
     records: HostRecords | None = None,
-) -> tuple[int, np.ndarray, Impacts]:
-    """Integrate an orbit, with a message if the kernels are compiled."""
-    with Compilation(Needed("a host", "exact", ()), tell, helped=False).followed({_RUN: "orbit"}):
-        return orbits.follow(state, span, records)
+    effort: str = "",
+) -> tuple[int, np.ndarray, Impacts, np.ndarray]:
+    """Integrate an orbit as `HostOrbits.follow_judged` does, and report what is compiled.
+
+    Without an effort it is not judged, and the row of evidence is empty.
+    """
+    needed = Needed("a host", "exact", ("regime",) if effort else ())
+    kernels = {_RUN: "orbit", **({_JUDGE: "verdict"} if effort else {})}
+    with Compilation(needed, tell, helped=False).followed(kernels):
+        if effort:
+            return orbits.follow_judged(state, span, effort, records)
+        return (*orbits.follow(state, span, records), np.zeros(0))
 
 
 def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
     system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
     orbits = HostOrbits(system, 1.0)
-    records = orbits.records(has_records, ())
-    if is_judged:
-        judge_orbit(orbits, np.zeros(2), Span(0, 3, 1), "quick", tell, records)
-    else:
-        follow_host(orbits, np.zeros(2), Span(0, 0, 1), tell, records)
-
-
-def host_rows(system: HostSystem, words: Collection[str], of: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the displacements whose response is recorded."""
-    if "response" not in words:
-        if of:
-            raise RequestError(f"of = {shown(of)}: the response is not recorded")
-        return ()
-    return system.displacements(of)
+    span, effort = (Span(0, 3, 1), "quick") if is_judged else (Span(0, 0, 1), "")
+    follow_host(orbits, np.zeros(2), span, tell, orbits.records(has_records, ()), effort)
 
 
 def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.ndarray]:
@@ -469,22 +451,6 @@ def response_of(records: HostRecords, duration: float) -> np.ndarray:
     x, a = records.peaks[len(records.peaks) - 2 * rows :].reshape(2, rows)
     rms = np.sqrt(records.squares / duration) if duration > 0 else np.full(rows, np.nan)
     return np.stack([x, rms, a], axis=-1)
-
-
-@stoppable
-def judge_orbit(
-    orbits: HostOrbits,
-    state: np.ndarray,
-    span: Span,
-    effort: str,
-    tell: Tell | None,
-    records: HostRecords | None = None,
-) -> tuple[int, np.ndarray, Impacts, np.ndarray]:
-    """Integrate and judge an orbit, as `HostOrbits.follow_judged`, and report what is compiled."""
-    needed = Needed("a host", "exact", ("regime",))
-    kernels = {_RUN: "orbit", _JUDGE: "verdict"}
-    with Compilation(needed, tell, helped=False).followed(kernels):
-        return orbits.follow_judged(state, span, effort, records)
 
 
 _JUDGE: Any = getattr(judge_host, "entry", judge_host)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import os
 import typing
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.archives.representation import Outlined, Rows, numbers
+from nlds_vines.archives.representation import Rows, numbers
 from nlds_vines.errors import RequestError, choice, library, shown, unknown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
@@ -25,14 +25,14 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.host_orbits import RECORDS as HOST_RECORDS
 from nlds_vines.orbits.host_orbits import (
     RESPONSE,
     HostOrbit,
     HostOrbits,
+    Recorded,
     energies_of,
     follow_host,
-    host_record,
-    host_rows,
     response_of,
 )
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -78,7 +78,7 @@ class IntegrationError(RuntimeError):
 
 
 @dataclass(frozen=True, repr=False)
-class Orbit(Outlined):
+class Orbit(Recorded):
     """An orbit from `simulate`; attributes that were not recorded are None.
 
     Attributes
@@ -120,33 +120,13 @@ class Orbit(Outlined):
     ((2, 4), 2, 'obstacle')
     """
 
-    system: System
-    state: np.ndarray
-    section: np.ndarray | None = None
-    impacts: np.ndarray | None = None
-    E1max: float | None = None
-    E2max: float | None = None
     E1peak: float | None = None
     E2peak: float | None = None
     clearance: float | None = None
     violation: Violation | None = None
-    response: Mapping[str, Any] | None = None
-    trajectory: np.ndarray | None = None
-    time: np.ndarray | None = None
-    transient: int = 0
-
-    def heading(self) -> str:
-        """Return "of" and the heading of the system."""
-        return f"of {self.system.heading()}"
 
     def outline(self) -> Rows:
-        """Return the last state and the records, arrays by their shapes."""
-        names = self.system.scene.components
-        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
-        arrays = ("section", "impacts", "trajectory")
-        present = {name: getattr(self, name) for name in arrays if getattr(self, name) is not None}
-        if present:
-            yield "recorded", ", ".join(f"{name} {array.shape}" for name, array in present.items())
+        yield from super().outline()
         of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
         if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:
             yield "energies [J]", numbers(energies)
@@ -316,28 +296,25 @@ def simulate(
     system = any_system(system)
     if overrides:
         system = system.with_(**overrides)
+    whole("periods", periods, 0)
+    whole("transient", transient, 0)
+    whole("samples", samples, 1, 10**6)
+    is_host = isinstance(system, HostSystem)
+    choice("method of a host" if is_host else "method", method, METHODS[:1] if is_host else METHODS)
+    record = checked_record(system, record)
+    begin: Beginning | HostBeginning
     if isinstance(system, HostSystem):
-        choice("method of a host", method, METHODS[:1])
         for name, value in options.items():
             if value is not None:
                 allowed = "start, transient, record, tolerance, samples, of"
                 raise unknown("option of a host's orbit", name, allowed.split(", "))
-        count = whole("samples", samples, 1, 10**6)
-        span = Span(whole("transient", transient, 0), whole("periods", periods, 0), count)
         settings = chosen_settings(method, {"tolerance": tolerance})
-        words = host_record(record)
-        of_host = HostBeginning(system, settings, start, of=host_rows(system, words, of))
-        return of_host.follow(words, *span[:2], count, quiet=quiet)
-    if of:
+        begin = HostBeginning(system, settings, start, of=system.displacements(of, record))
+    elif of:
         raise RequestError(f"of = {shown(of)} is for the response of a host")
-    whole("periods", periods, 0)
-    whole("transient", transient, 0)
-    whole("samples", samples, 1, 10**6)
-    choice("method", method, METHODS)
-    record = checked_record(system, record)
-    settings = chosen_settings(method, {"tolerance": tolerance, **options})
-    cell = system.cell
-    begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
+    else:
+        settings, cell = chosen_settings(method, {"tolerance": tolerance, **options}), system.cell
+        begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
     return begin.follow(record, transient, periods, samples, quiet=quiet)
 
 
@@ -366,7 +343,7 @@ class HostBeginning(NamedTuple):
         state = orbits.start(self.state, self.is_put_on_walls)
         rows = self.of if "response" in record else ()
         records = orbits.records("energy" in record, rows)
-        code, section, impacts = follow_host(orbits, state, span, notice(quiet), records)
+        code, section, impacts, _ = follow_host(orbits, state, span, notice(quiet), records)
         if code != OK:
             raise IntegrationError.of(system, code)
         states = orbits.states(section)
@@ -550,16 +527,19 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     )
 
 
-def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+def checked_record(system: System | HostSystem, record: Collection[str] | None) -> tuple[str, ...]:
+    is_host = isinstance(system, HostSystem)
     if record is None:
-        return ("section", "impacts") if system.scene.walls else ("section",)
+        return ("section", "impacts") if is_host or system.scene.walls else ("section",)
     if isinstance(record, str):
         record = (record,)
+    allowed = HOST_RECORDS if is_host else RECORDS
     if not isinstance(record, Collection):
-        raise RequestError(f"record = {shown(record)} must be a list of {', '.join(RECORDS)}")
+        raise RequestError(f"record = {shown(record)} must be a list of {', '.join(allowed)}")
     for word in record:
-        choice("record", word, RECORDS)
-    refuse_impossible(tuple(record), system.scene)
+        choice("record of a host" if is_host else "record", word, allowed)
+    if not is_host:
+        refuse_impossible(tuple(record), system.scene)
     return tuple(record)
 
 

@@ -3,8 +3,7 @@
 In reading order:
 
     request            `HistoryRequest`: the dampers, the load, what varies, how long
-    host_histories     hosts under loads: names and datasets
-    host_run           the same: orbits of hosts
+    datasets           names and datasets of quantities and histories, of hosts also of impacts
     run                from request to archive; orbits flown by the kernels, and their numbers
     result             an archive read: `ResponseHistories`, or `LoadScan`; closed forms beside them
     response_spectrum  `nv.response_spectrum`: oscillators under a record

@@ -21,12 +21,7 @@ from matplotlib.ticker import PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.host_histories import (
-    HOST_HISTORIES,
-    dampers_of,
-    displacements_of,
-    names_of_numbers,
-)
+from nlds_vines.loads.datasets import HOST_HISTORIES, names_of_numbers, owners_of
 from nlds_vines.loads.request import (
     HistoryRequest,
     axis_words,
@@ -44,7 +39,7 @@ from nlds_vines.loads.result import (
 from nlds_vines.model.linear_response import harmonic_energy, response
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.quantities import ERROR, OF_LOADS, SHARES, WAYS, of_load
+from nlds_vines.model.quantities import ERROR, SHARES, WAYS, of_load
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
@@ -92,10 +87,8 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
     """Return the panels of an archive with their meanings; those of a scan are its quantities."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
     if request.vary:
-        meanings = {entry.name: entry.words for entry in OF_LOADS if entry.name in view}
-        if request.has_hosts:
-            places = names_of_numbers(request).items()
-            meanings = {k: of_load(k).words for k, (name, _) in places if name in view}
+        places = names_of_numbers(request).items()
+        meanings = {k: of_load(k).words for k, (name, _) in places if name in view}
         if request.sampled is not None:
             for name, words in [*meanings.items()]:
                 meanings[f"{name}:{EXCEEDANCE}"] = f"share of samples above each value of {words}"
@@ -103,13 +96,12 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
                     meanings[f"{name}:{column}"] = f"{words}, against {column}"
         return meanings
     if request.has_hosts:
-        owners = {"displacement": displacements_of(request), "damper": dampers_of(request)}
         return {
             "energy": "energy of the host over time",
             **{
                 f"{owner}.{name}": f"{words} of {owner} over time"
                 for name, (dims, _, words) in HOST_HISTORIES.items()
-                for owner in (owners[dims[0]] if dims else ())
+                for owner in (owners_of(request)[dims[0]] if dims else ())
             },
             "peaks": "largest responses, in their units and beside the host alone",
         }

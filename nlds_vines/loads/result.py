@@ -18,18 +18,18 @@ from nlds_vines.archives.files import write_csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.loads.host_histories import (
+from nlds_vines.loads.datasets import (
+    HISTORIES,
+    HOST_HISTORIES,
     IMPACT_COLUMNS,
-    dampers_of,
-    displacements_of,
     names_of_numbers,
+    owners_of,
 )
 from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.quantities import (
-    OF_LOADS,
     SHARES,
     WAYS,
     of_load,
@@ -37,18 +37,6 @@ from nlds_vines.model.quantities import (
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
-
-HISTORIES = {
-    "E1": ("J", "energy of the structure, its velocity relative to the ground"),
-    "E2": ("J", "energy of the damper, its velocity relative to the ground"),
-    "x1": ("m", "displacement of the structure, relative to the ground"),
-    "x2": ("m", "displacement of the damper, relative to the ground"),
-    "work": ("J", "energy that came in so far, by the start and by the load"),
-    **{
-        f"dissipated_{k}": ("J", f"energy dissipated by {words} so far")
-        for k, words in WAYS.items()
-    },
-}
 
 
 class History(Outlined):
@@ -396,63 +384,51 @@ def shares_of(history: History) -> dict[str, float]:
 def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
     with read(path) as view:
         request = view.request(RESPONSE_HISTORY, load_response_history)
-        place = ArchivePath.of(view.path)
-        if request.has_hosts:
-            return hosts_in(view, request)
-        codes, time = view["status"], request.times  # an archive without histories has no time
+        place, codes, names = ArchivePath.of(view.path), view["status"], names_of_numbers(request)
+        values = {
+            name: view[dataset] if i is None else view[dataset][..., i]
+            for name, (dataset, i) in names.items()
+            if dataset in view
+        }
         if request.vary:
-            names = [entry.name for entry in OF_LOADS if entry.name in view]
-            return LoadScan(place, request, {name: view[name] for name in names}, codes)
-
-        def values(name: str, *shape: int) -> np.ndarray:
-            return view[name] if name in view else np.full((len(codes), *shape), np.nan)
-
-        numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
-        histories, results = {name: values(name, len(time)) for name in HISTORIES}, {}
+            return LoadScan(place, request, values, codes)
+        results: dict[str, ResponseHistory | HostHistory] = {}
         for i, system in enumerate(request.systems):
-            rows = {name: each[i] for name, each in histories.items()}
+            of_system = {
+                name: float(values[name][i]) if name in values else math.nan for name in names
+            }
+            shared: dict[str, Any] = {
+                "time": request.times,
+                "numbers": of_system,
+                "status": int(codes[i]),
+            }
+            if request.has_hosts:
+                results[system.name] = HostHistory(**shared, **_of_host(view, request, i))
+                continue
+            missing = np.full(len(request.times), np.nan)
+            rows: dict[str, Any] = {
+                name: view[name][i] if name in view else missing for name in HISTORIES
+            }
             dissipated = {sink: rows.pop(f"dissipated_{sink}") for sink in WAYS}
-            of_system = {name: float(column[i]) for name, column in numbers.items()}
-            results[system.name] = ResponseHistory(
-                time=time, **rows, dissipated=dissipated, numbers=of_system, status=int(codes[i])
-            )
+            results[system.name] = ResponseHistory(**shared, **rows, dissipated=dissipated)
         return ResponseHistories(place, request, results)
 
 
-def hosts_in(view: ArchiveView, request: HistoryRequest) -> ResponseHistories | LoadScan:
-    """Return the results in an archive of hosts."""
-    place, codes = ArchivePath.of(view.path), view["status"]
-    places = {k: v for k, v in names_of_numbers(request).items() if v[0] in view}
-    values = {
-        name: view[dataset] if i is None else view[dataset][..., i]
-        for name, (dataset, i) in places.items()
-    }
-    if request.vary:
-        return LoadScan(place, request, values, codes)
-    rows, dampers, results = displacements_of(request), dampers_of(request), {}
-    has_touches = "impact_system" in view
-    for i, system in enumerate(request.systems):
-        own = view["impact_system"] == i if has_touches else np.zeros(0, bool)
-        touches: dict[str, np.ndarray] = {
-            name: view[f"impact_{name}"][own] if has_touches else np.zeros(0)
-            for name in IMPACT_COLUMNS
-        }
-        touches["damper"] = np.array(dampers, dtype=str)[touches["damper"].astype(int)]
-        touches["wall"] = np.where(touches["wall"] > 0.0, "+", "-")
-        by_damper = {
-            k: dict(zip(dampers, view[k][i], strict=True)) if k in view else {}
-            for k in ("E2", "stroke")
-        }
-        results[system.name] = HostHistory(
-            time=request.times,
-            E1=view["E1"][i],
-            **{k: dict(zip(rows, view[k][i], strict=True)) for k in "xa"},
-            **by_damper,
-            numbers={name: float(column[i]) for name, column in values.items()},
-            impacts=touches,
-            status=int(codes[i]),
-        )
-    return ResponseHistories(place, request, results)
+def _of_host(view: ArchiveView, request: HistoryRequest, number: int) -> dict[str, Any]:
+    """Return the histories and the impacts of a host by its number in the request."""
+    owners, columns = owners_of(request), dict[str, Any]()
+    for name, (dims, *_) in HOST_HISTORIES.items():
+        shape = [len(owners[dim]) for dim in dims]
+        missing = np.full((*shape, len(request.times)), np.nan)
+        rows = view[name][number] if name in view else missing
+        columns[name] = dict(zip(owners[dims[0]], rows, strict=True)) if dims else rows
+    touches = dict.fromkeys(IMPACT_COLUMNS, np.zeros(0))
+    if "impact_system" in view:
+        own = view["impact_system"] == number
+        touches = {name: view[f"impact_{name}"][own] for name in IMPACT_COLUMNS}
+    touches["damper"] = np.array(owners["damper"], dtype=str)[touches["damper"].astype(int)]
+    touches["wall"] = np.where(touches["wall"] > 0.0, "+", "-")
+    return {**columns, "impacts": touches}
 
 
 def closed_form(system: System, load: Loading) -> dict[str, float]:

@@ -8,32 +8,43 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.cli.running import RunOptions
+from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
-from nlds_vines.loads.host_histories import contents_of_hosts
-from nlds_vines.loads.host_run import arrays_of_hosts, numbers_of_hosts
-from nlds_vines.loads.request import HistoryRequest, axis_words, has, is_of_load
-from nlds_vines.loads.result import HISTORIES
-from nlds_vines.model.axis import SAMPLE, sample_scale
+from nlds_vines.loads.datasets import HOST_HISTORIES, IMPACT_COLUMNS, contents, owners_of
+from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.host import Host, with_stiffness
+from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
-from nlds_vines.model.quantities import OF_LOADS, SHARES, WAYS
+from nlds_vines.model.parameters import GROUND
+from nlds_vines.model.quantities import OF_HOSTS, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
+from nlds_vines.orbits.compilation import Compilation, Needed
+from nlds_vines.orbits.host_loads import (
+    RUN_UNDER,
+    LoadedOrbit,
+    cells_of,
+    combined,
+    follow_load,
+    longest_cell,
+)
+from nlds_vines.orbits.host_orbits import RESPONSE, HostOrbits, energies_of, response_of
 from nlds_vines.orbits.load_flight import LoadBatch
-from nlds_vines.orbits.records import OK, STATUS_FLAGS
+from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.executors import in_pieces, use_threads
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.progress import Progress, Tell
@@ -42,6 +53,8 @@ from nlds_vines.runs.store import Arrays, Blocks, Write
 BLOCK = 256
 PIECE_BYTES = 1 << 26  # of loads in a thread's memory at once, if no two orbits share theirs
 EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
+ORBITS_AT_ONCE = 4  # orbits of hosts that a thread takes at a time
+STIFFNESS = "stiffness"  # of a grid: a factor on that of a host
 
 
 def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -69,68 +82,33 @@ def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) ->
     store.carry_out(how, work)
 
 
-def contents(
-    request: HistoryRequest, arrays: Arrays
-) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
-    """Return the dimensions of an archive, and its datasets with the values in `arrays`."""
-    names = np.array([system.name for system in request.systems], dtype=object)
-    first = "system" if request.has_hosts else "damper"
-    scales = [Scale(first, names, "1", first), Scale("time", request.times, "s", "time")]
-    if request.sampled is None:
-        scales += [
-            Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
-        ]
-    else:
-        scales.append(sample_scale(request.sampled.count))
-    dims = (first, *(axis.name for axis in request.vary))
-    shape = (len(request.systems), *request.shape)
-    status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
-    last = [(status, arrays["status"].reshape(shape))]
-    for name, values in request.columns.items() if request.sampled else ():
-        last.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
-    if request.has_hosts:
-        own, datasets = contents_of_hosts(request, arrays, dims)
-        return [*scales, *own], [*datasets, *last]
-    table = {entry.name: (dims, entry.unit, entry.words) for entry in OF_LOADS}
-    if not request.vary:
-        table |= {name: ((*dims, "time"), *words) for name, words in HISTORIES.items()}
-    datasets = [
-        (Dataset.real(name, of, unit, words), arrays[name].reshape(*shape, *arrays[name].shape[1:]))
-        for name, (of, unit, words) in table.items()
-        if np.isfinite(arrays[name]).any()
-    ]
-    return scales, [*datasets, *last]
-
-
 def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -> Arrays:
     """Return the results of a range of orbits by name: arrays (orbits, ...).
 
-    These are the quantities of `OF_LOADS` and `status`, and without axes the histories of
-    `result.HISTORIES` and the dissipated energies; NaN if an orbit failed.
+    These are the quantities of `datasets` and `status`, and without axes the histories, and the
+    impacts of hosts after the number of their system; NaN if an orbit failed.
     """
-    if request.has_hosts:
-        return arrays_of_hosts(request, cases, tell)
     count = math.prod(request.shape)
     pieces = []
     for which, numbers in groupby(cases, lambda case: case // count):
         places = [number % count for number in numbers]
         values = request.values_at(np.unravel_index(places, request.shape)) if request.vary else {}
-        pieces.append(numbers_of(request, request.systems[which], values, tell))
+        arrays = numbers_of(request, request.systems[which], values, tell)
+        if "touches" in arrays:
+            arrays["touches"] = np.insert(arrays["touches"], 0, which, axis=1)
+        pieces.append(arrays)
     return _joined(pieces)
 
 
 def numbers_of(
     request: HistoryRequest, system: AnySystem, values: Mapping[str, np.ndarray], tell: Tell | None
-) -> Arrays:
-    """Return the quantities (n,) of a system under the load by name, and histories without axes.
+) -> dict[str, np.ndarray]:
+    """Return the quantities (n, ...) of a system under the load by name, without axes histories.
 
     The `values` (n,) are parameters, those that the system lacks left out; numbers of the load; and
-    `draw`, by which the seeds of its noise advance.  Beside the quantities of `OF_LOADS` there are
-    `status` and the `violations` of the scene's limit.
+    `draw`, by which the seeds of its noise advance.  Beside the quantities there are `status` and
+    the `violations` of the scene's limit.
     """
-    if isinstance(system, HostSystem):
-        return numbers_of_hosts(request, system, values, tell)
-    grid = {name: column for name, column in values.items() if has(system, name)}
     of_load = {name: v.tolist() for name, v in values.items() if is_of_load(name) or name == "draw"}
     each, loads = [], dict[tuple[float, ...], Loading]()
     for lane in range(max((len(column) for column in values.values()), default=1)):
@@ -141,7 +119,10 @@ def numbers_of(
             load = request.load.redrawn(draw) if draw else request.load
             loads[key] = load.with_({"impulse": 0.0, **changes})
         each.append((loads[key], impulse * loads[key].scale))
-    return _fly(request, system, grid, each, not values, tell)
+    grid = {name: v for name, v in values.items() if has(system, name) or name == STIFFNESS}
+    fly: Any = _fly_hosts if isinstance(system, HostSystem) else _fly
+    arrays: dict[str, np.ndarray] = fly(request, system, grid, each, not values, tell)
+    return arrays
 
 
 def _joined(pieces: Sequence[Arrays]) -> Arrays:
@@ -183,13 +164,7 @@ def _fly(
             key = id(load), struck, longest
             if key not in shared:
                 shared[key] = load.cells(struck, request.duration, longest, marks)
-            in_cells = shared[key]
-            if jump := impulse / struck.mass:
-                old = in_cells.jumps
-                jumps = np.zeros(len(in_cells.edges)) if old is None else old.copy()
-                jumps[0] += jump
-                in_cells = replace(in_cells, jumps=jumps)
-            loads.append(in_cells)
+            loads.append(shared[key].struck(impulse / struck.mass))
         lanes = slice(begin, end)
         orbits = batch.run(cells[lanes], loads, starts[lanes], asked, histories=history)
         arrays = _numbers(request, scene, cells[lanes], orbits)
@@ -275,3 +250,152 @@ def _histories(
         histories["E2"] = 0.5 * (p["m2"] * v2**2 + p["k2"] * (x2 - p["rest"]) ** 2)
     failed = (orbits.status != OK)[:, None]
     return {name: np.where(failed, np.nan, values) for name, values in histories.items()}
+
+
+# ---- hosts ---------------------------------------------------------------------------------------
+
+
+@stoppable
+def _fly_hosts(
+    request: HistoryRequest, system: HostSystem, grid: Mapping[str, np.ndarray],
+    each: Sequence[tuple[Loading, float]], history: bool, tell: Tell | None,
+) -> Arrays:  # fmt: skip
+    """Follow an orbit of a host under `each` load; return `OF_HOSTS`, and histories if asked.
+
+    The `grid` (n,) has parameters of dampers, which are not checked, and factors on the host's
+    `STIFFNESS`; `each` as of `_fly`.  With histories there are also `touches` (impacts, columns).
+    """
+    pieces, shared = dict[int, Arrays](), dict[tuple[int, float], Any]()
+    own = [name for name in grid if name != STIFFNESS]
+    marks = request.times[1:-1]  # also without histories, as last times are interpolated
+
+    def fly(begin: int, end: int) -> None:
+        for lane in range(begin, end):
+            check()
+            one = system.with_values(own, (float(grid[name][lane]) for name in own))
+            if STIFFNESS in grid:
+                one = replace(one, host=_stiffened(one.host, float(grid[STIFFNESS][lane])))
+            load, impulse = each[lane]
+            if load.acts or impulse:
+                one = one.under(load)
+            else:
+                one = replace(one, force=MappingProxyType({}), acceleration=-1.0)
+            longest = longest_cell(one, request.duration)
+            key = id(load), longest
+            if key not in shared:
+                shared[key] = cells_of(load, request.duration, longest, marks)
+            cells, drives = shared[key]
+            in_cells = cells.struck(impulse), drives
+            pieces[lane] = _arrays_of_orbit(request, one, in_cells, history)
+
+    needed = Needed("a host", "exact", ())
+    with Compilation(needed, tell, helped=False).followed({RUN_UNDER: "orbit"}):
+        in_pieces(fly, len(each), most=ORBITS_AT_ONCE)
+    lanes = [pieces[lane] for lane in range(len(each))]
+    return {name: np.concatenate([one[name] for one in lanes]) for name in lanes[0]}
+
+
+@lru_cache(maxsize=16)
+def _stiffened(host: Host, factor: float) -> Host:
+    return host if factor == 1.0 else with_stiffness(host, factor)
+
+
+def _arrays_of_orbit(
+    request: HistoryRequest,
+    system: HostSystem,
+    cells: tuple[Cells, int],
+    history: bool,
+) -> dict[str, np.ndarray]:
+    owners, own = owners_of(request), [damper.name for damper in system.dampers]
+    settings = chosen_settings("exact", {"tolerance": request.tolerance})
+    orbits = HostOrbits(system, settings.stepped_to)
+    shown = [name for name in owners["displacement"] if _has_displacement(system, name)]
+    strokes = ["-".join(e for e in damper.ends if e != GROUND) for damper in system.dampers]
+    start = orbits.start(request.state[: 2 * orbits.size] or None)
+    orbit = follow_load(orbits, cells, start, [*shown, *strokes])
+    arrays = _histories_of_host(owners, system, orbits, orbit)
+    E1max, E2max = energies_of(orbit.records, system)
+    response = response_of(orbit.records, request.duration)
+    arrays |= {"E1max": np.array(E1max), **_last_times(orbit.edges, arrays["E1"], E1max)}
+    for column, name in enumerate(RESPONSE):
+        by_name = dict(zip(shown, response[: len(shown), column], strict=True))
+        arrays[name] = np.array([by_name.get(one, np.nan) for one in owners["displacement"]])
+    damper, force = orbit.impacts["damper"], orbit.impacts["force"]
+    columns: dict[str, Any] = {
+        "E2max": np.where([d.m is None for d in system.dampers], np.nan, E2max),
+        "stroke_max": response[len(shown) :, 0],
+        "force_max": [force[damper == name].max(initial=0.0) for name in own],
+        "impact_count": [np.count_nonzero(damper == name) for name in own],
+    }
+    for name, values in columns.items():
+        by_damper = dict(zip(own, values, strict=True))
+        arrays[name] = np.array([by_damper.get(one, np.nan) for one in owners["damper"]], float)
+    if orbit.status != OK:
+        arrays = {name: np.full_like(values, np.nan) for name, values in arrays.items()}
+    if history:
+        places = np.searchsorted(orbit.edges, request.times * (1.0 - 1e-14))
+        arrays |= {name: arrays[name][..., places] for name in HOST_HISTORIES}
+    else:
+        arrays = {entry.name: arrays[entry.name] for entry in OF_HOSTS}
+    arrays |= {"status": np.array(orbit.status, np.int8), "violations": np.zeros(())}
+    arrays = {name: values[np.newaxis] for name, values in arrays.items()}
+    if history:
+        table = orbit.impacts
+        columns = {name: table[name] for name in IMPACT_COLUMNS}
+        columns["damper"] = [owners["damper"].index(name) for name in table["damper"]]
+        columns["wall"] = [SIDES[side] for side in table["wall"]]
+        arrays["touches"] = np.array([*columns.values()], float).T
+    return arrays
+
+
+def _histories_of_host(
+    owners: Mapping[str, Sequence[str]], system: HostSystem, orbits: HostOrbits, orbit: LoadedOrbit
+) -> dict[str, np.ndarray]:
+    """Return the `HOST_HISTORIES` at the edges of cells, NaN of what a system does not have."""
+    n, size = len(orbits.modes), orbits.size
+    X, V, _ = np.moveaxis(orbit.section.reshape(-1, 3, size), 1, 0)
+    energy, edges = np.zeros(len(X)), orbit.edges
+    for k in range(n):
+        energy += 0.5 * (V[:, k] * V[:, k] + orbits.body.squares[k] * X[:, k] * X[:, k])
+    shown, dampers = owners["displacement"], owners["damper"]
+    x, a = np.full((2, len(shown), len(edges)), np.nan)
+    for i, name in enumerate(shown):
+        if _has_displacement(system, name):
+            row, moved = system.displacement(name)
+            x[i] = combined(orbit.states[:, ::2], row)
+            a[i] = combined(orbit.accelerations, row)
+            if orbits.system.acceleration:
+                a[i] += orbits.system.acceleration * moved * orbit.loads
+    E2, stroke = np.full((2, len(dampers), len(edges)), np.nan)
+    for k, (damper, row) in enumerate(zip(system.dampers, system.rows(), strict=True), n):
+        i = dampers.index(damper.name)
+        stroke[i] = combined(orbit.states[:, ::2], row)
+        if damper.m is not None:  # dampers with a mass come first
+            E2[i] = 0.5 * (damper.m * V[:, k] * V[:, k] + damper.k * X[:, k] * X[:, k])
+    return {"E1": energy, "E2": E2, "x": x, "a": a, "stroke": stroke}
+
+
+def _last_times(edges: np.ndarray, E1: np.ndarray, most: float) -> dict[str, np.ndarray]:
+    """Return the last times at which E1 exceeds `SHARES` of its largest value, by name.
+
+    Between two edges E1 is taken for a straight line; NaN if it exceeds the share at the end.
+    """
+    times = {}
+    for share in SHARES:
+        above, last = np.flatnonzero(share * most < E1), 0.0
+        if above.size and (i := above[-1]) < len(E1) - 1:
+            part = (E1[i] - share * most) / (E1[i] - E1[i + 1])
+            last = edges[i] + (edges[i + 1] - edges[i]) * part
+        elif above.size:
+            last = np.nan
+        times[f"last_{100 * share:g}"] = np.array(last)
+    return times
+
+
+def _has_displacement(system: HostSystem, name: str) -> bool:
+    """Return False for the mass of a damper that another system of the request has."""
+    try:
+        system.displacement(name)
+    except RequestError:
+        return False
+    return True

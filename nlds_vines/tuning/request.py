@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import TUNING, Value
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, string
-from nlds_vines.loads.host_histories import names_of_numbers
+from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,

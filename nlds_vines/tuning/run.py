@@ -14,6 +14,7 @@ import numpy as np
 
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
@@ -350,11 +351,19 @@ def outcome_under(
     assert tuning.history is not None
     (system,) = tuning.history.systems
     orbits = {name: values.ravel() for name, values in grid.items()}
-    flat = numbers_of(tuning.history, system, orbits, tell)
-    numbers = {name: values.reshape(grid["draw"].shape) for name, values in flat.items()}
-    value = numbers[tuning.search.objective]
-    impacts = numbers["impact_count"] if tuning.system.scene.walls else None
-    return Outcome(value, numbers["E2max"], numbers["status"], numbers["violations"], impacts)
+    arrays, shape = numbers_of(tuning.history, system, orbits, tell), grid["draw"].shape
+    dataset, place = names_of_numbers(tuning.history)[tuning.search.objective]
+    value = arrays[dataset] if place is None else arrays[dataset][:, place]
+    E2max, impacts = arrays["E2max"], arrays.get("impact_count")
+    if isinstance(system, HostSystem):  # of all dampers
+        with np.errstate(invalid="ignore"):
+            E2max = np.fmax.reduce(E2max, axis=1, initial=0.0)
+        impacts = np.add.reduce(np.nan_to_num(arrays["impact_count"]), axis=1)
+    return Outcome(
+        value.reshape(shape), E2max.reshape(shape), arrays["status"].reshape(shape),
+        arrays["violations"].reshape(shape),
+        impacts.reshape(shape) if impacts is not None and tuning.system.scene.walls else None,
+    )  # fmt: skip
 
 
 class Log:

@@ -62,6 +62,14 @@ class Cells:
     # acts on the damper, and x1 and x2 are relative to the ground
     share: float
 
+    def struck(self, jump: float) -> Cells:
+        """Return the load with a blow at t = 0 that changes v1 by `jump` [m/s]."""
+        if not jump:
+            return self
+        jumps = np.zeros(len(self.edges)) if self.jumps is None else self.jumps.copy()
+        jumps[0] += jump
+        return replace(self, jumps=jumps)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Blow(Load):

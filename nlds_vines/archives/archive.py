@@ -10,6 +10,7 @@ HDF5's metadata carry checksums of their own.  So damage is an error where it is
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import secrets
@@ -57,26 +58,25 @@ def write(
     pieces: Iterable[Piece],
     attributes: Callable[[], Mapping[str, Value]],
 ) -> None:
-    """Write an archive to `path` and force it to the disk.
+    """Write an archive to `path` and force it to the disk; without a name it stays in memory.
 
     The `pieces` of results come in any order; cells without a piece have their fill value.  The
-    `attributes` are made after the last piece.  An archive without a name stays in memory.  While a
-    file is written, one numeric piece is in memory at a time, and all strings: the longest sets
-    their stored length.
+    `attributes` are made after the last piece.  While a file is written, one numeric piece is in
+    memory at a time, and all strings: the longest sets their stored length.
     """
-    if isinstance(path, ArchivePath) and path.unnamed is not None:
-        path.unnamed.memory = Memory(table, scales, pieces, attributes)
-        return
     import h5py
 
-    with path.open("wb") as trial:  # check that there is room: HDF5 may crash if the disk fills
-        if hasattr(os, "posix_fallocate"):  # not on every system
-            os.posix_fallocate(trial.fileno(), 0, table.most_bytes + _OVERHEAD)
+    unnamed = path.unnamed if isinstance(path, ArchivePath) else None
+    target: Any = path if unnamed is None else io.BytesIO()
+    if unnamed is None:
+        with path.open("wb") as trial:  # check that there is room: HDF5 may crash if the disk fills
+            if hasattr(os, "posix_fallocate"):  # not on every system
+                os.posix_fallocate(trial.fileno(), 0, table.most_bytes + _OVERHEAD)
     used = {dim for entry in table.datasets.values() for dim in entry.dims}
     # v110 checksums the metadata; pieces need not end where chunks do, so that half-written chunks
     # wait in a cache of 64 MiB with a prime number of slots
     how = {"libver": ("v110", "v110"), "rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
-    with h5py.File(path, "w", **how) as file:
+    with h5py.File(target, "w", **how) as file:
         for scale in scales:
             if scale.name in used:
                 entry, values = replace(scale.dataset, dims=()), scale.values
@@ -94,6 +94,9 @@ def write(
         for name, words in texts.items():
             _create(file, table.datasets[name], words.shape, _strings(words))[...] = words
         file.attrs.update(hdf5_version=h5py.version.hdf5_version, **attributes())
+    if unnamed is not None:
+        unnamed.image = target.getvalue()
+        return
     with path.open("rb") as written:
         os.fsync(written.fileno())
 
@@ -152,42 +155,6 @@ def chunk_shape(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
 # ---- reading -------------------------------------------------------------------------------------
 
 
-class Memory:
-    """The archive in memory that `write` would write, perhaps with its `request` as an object."""
-
-    def __init__(
-        self,
-        table: Table,
-        scales: Iterable[Scale],
-        pieces: Iterable[Piece],
-        attributes: Callable[[], Mapping[str, Value]],
-    ) -> None:
-        used = {dim for entry in table.datasets.values() for dim in entry.dims}
-        self.table, self.scales = table, {one.name: one for one in scales if one.name in used}
-        self.request: Any = None
-        self._attributes = attributes
-        self.arrays = {
-            name: np.full(table.shape(name), entry.fill, entry.memory_type)
-            for name, entry in table.datasets.items()
-        }
-        for name, where, values in pieces:
-            self.arrays[name][where] = values
-
-    @cached_property
-    def attributes(self) -> dict[str, Value]:
-        return dict(self._attributes())
-
-    def save(self, path: Path) -> None:
-        datasets = self.table.datasets
-        pieces = whole((datasets[name], values) for name, values in self.arrays.items())
-        write(path, self.table, self.scales.values(), pieces, lambda: self.attributes)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Pickle it without its request, which is in the attributes."""
-        made = {"attributes": self.attributes, "_attributes": None, "request": None}
-        return self.__dict__ | made
-
-
 def read(path: str | os.PathLike[str]) -> ArchiveView:
     """Open an archive for reading, with or without a `with` statement.
 
@@ -226,10 +193,12 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     if not isinstance(path, str | os.PathLike):
         raise RequestError(f"archive = {shown(path)} must be the path of a file")
     path = ArchivePath.of(path)
-    if path.unnamed is not None and path.unnamed.memory is not None:
-        return _MemoryView(path, path.unnamed.memory)
+    source: Any = path
     try:
-        open_regular(path).close()  # HDF5 would wait for a pipe
+        if path.unnamed is not None and path.unnamed.image is not None:
+            source = io.BytesIO(path.unnamed.image)
+        else:
+            open_regular(path).close()  # HDF5 would wait for a pipe
     except FileNotFoundError:
         raise RequestError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
@@ -238,7 +207,7 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     import h5py
 
     try:
-        file = h5py.File(path, "r")
+        file = h5py.File(source, "r")
         return ArchiveView(path, file)
     except RequestError:
         file.close()
@@ -381,6 +350,9 @@ class ArchiveView(Outlined):
         """
         if self.content != content:
             raise RequestError(f"{self.path} holds a {self.content}, not a {content}")
+        if self.path.unnamed is not None and self.path.unnamed.request is not None:
+            request: Read = self.path.unnamed.request
+            return request
         with at(f"{self.path}: its request"):
             return load(parse_toml(self.text("scan"), "the attribute scan"))
 
@@ -511,46 +483,6 @@ class ArchiveView(Outlined):
         return columns
 
 
-class _MemoryView(ArchiveView):
-    """An archive in memory, which is read as a file is."""
-
-    def __init__(self, path: ArchivePath, memory: Memory) -> None:
-        self.path, self._memory, self.names = path, memory, tuple(sorted(memory.arrays))
-        self._file = True  # it is always open
-        scales = {name: scale.dataset for name, scale in memory.scales.items()}
-        self._entries = {**scales, **memory.table.datasets}
-
-    def close(self) -> None:
-        pass
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._entries
-
-    def _values(self, entry: Dataset, where: tuple[int | slice, ...]) -> np.ndarray:
-        name, memory = entry.name, self._memory
-        values = memory.arrays[name] if name in memory.arrays else memory.scales[name].values
-        return np.array((values.astype(object) if values.dtype.kind == "U" else values)[where])
-
-    @cached_property
-    def attrs(self) -> dict[str, Any]:
-        return dict(self._memory.attributes)
-
-    @property
-    def content(self) -> str:
-        request = self._memory.request
-        return str(self.attrs["content"] if request is None else request.content)
-
-    def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:
-        request: Read | None = self._memory.request
-        if request is None or self.content != content:
-            return super().request(content, load)
-        return request
-
-    def shape(self, name: str) -> tuple[int, ...]:
-        dims = self.describe(name).dims
-        return tuple(self._memory.table.length[dim] for dim in dims)
-
-
 def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]
 
@@ -561,16 +493,17 @@ def _first_line(error: Exception) -> str:
 class Unnamed:
     """An archive without a name: in memory, and in a temporary file once its path is used."""
 
-    def __init__(self, stem: str, memory: Memory | None = None) -> None:
+    def __init__(self, stem: str, image: bytes | None = None) -> None:
         folder = Path(tempfile.gettempdir(), f"nlds_vines-{secrets.token_hex(8)}")
-        self.path, self.memory = folder / f"{stem}.h5", memory
+        self.path, self.image = folder / f"{stem}.h5", image
+        self.request: Any = None  # that of the archive, unless it has been pickled
 
     def file(self) -> str:
         """Return the path of the file, which is removed with the last reference to this object."""
-        if self.memory is not None and not self.path.exists():
+        if self.image is not None and not self.path.exists():
             self.path.parent.mkdir(mode=0o700)
             weakref.finalize(self, shutil.rmtree, self.path.parent, ignore_errors=True)
-            self.memory.save(self.path)
+            self.path.write_bytes(self.image)
         return str(self.path)
 
 
@@ -604,8 +537,8 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         return cls._in_memory(stem)
 
     @classmethod
-    def _in_memory(cls, stem: str, memory: Memory | None = None) -> ArchivePath:
-        unnamed = Unnamed(stem, memory)
+    def _in_memory(cls, stem: str, image: bytes | None = None) -> ArchivePath:
+        unnamed = Unnamed(stem, image)
         result = cls(unnamed.path)
         result.unnamed = unnamed
         return result
@@ -635,7 +568,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
     def __reduce__(self) -> tuple[Any, ...]:
         if self.unnamed is None:
             return type(self), (str(self),)
-        return self._in_memory, (self.stem, self.unnamed.memory)
+        return self._in_memory, (self.stem, self.unnamed.image)
 
 
 # ---- any other HDF5 file -------------------------------------------------------------------------

@@ -198,9 +198,8 @@ class Blocks:
         """Write the archive, put it in its place unless another is there, and remove the blocks."""
         if self._in_memory is not None and self.path.unnamed is not None:
             write(self.path)
-            assert self.path.unnamed.memory is not None
-            self.path.unnamed.memory.request = self.request
-            self._in_memory.clear()  # the attributes may refer to this object
+            self.path.unnamed.request = self.request
+            self._in_memory.clear()
             return
         temporary = _temporary(self.folder)
         intact = " (the blocks are intact, use --resume)" if any(self.folder.glob("*.npz")) else ""

@@ -78,6 +78,30 @@ def write_csv(
     write_text(Path(path), text.getvalue())
 
 
+class Csv:
+    """A result whose rows, of which the first names the columns, can be written as a table."""
+
+    def csv_rows(self) -> Iterable[Iterable[object]]:
+        raise NotImplementedError
+
+    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write a table of comma-separated values.
+
+        Parameters
+        ----------
+        path : path-like
+            The file to write.
+        overwrite : bool, optional
+            Whether a file of this name is replaced.
+
+        Raises
+        ------
+        RequestError
+            If the file exists and is not to be replaced, or cannot be written.
+        """
+        write_csv(path, self.csv_rows(), overwrite)
+
+
 def sync_folder(folder: Path) -> None:
     if os.name == "posix":  # Windows opens no folder
         descriptor = os.open(folder, os.O_RDONLY)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nlds_vines.archives.files import write_csv
+from nlds_vines.archives.files import Csv
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, library, number, shown
 from nlds_vines.model.loads.record import Record
@@ -26,7 +26,7 @@ SUBSTEPS = 24  # evaluations in a period at least: cubics between them have a re
 
 
 @dataclass(frozen=True, repr=False)
-class ResponseSpectrum(Outlined):
+class ResponseSpectrum(Csv, Outlined):
     """The largest responses of linear oscillators to an acceleration of the ground.
 
     Attributes
@@ -76,24 +76,10 @@ class ResponseSpectrum(Outlined):
         """Return the spectrum as a `pandas.DataFrame` with a row for each period."""
         return library("pandas").DataFrame(self._columns())
 
-    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
-        """Write the spectrum as comma-separated values, with a row for each period.
-
-        Parameters
-        ----------
-        path : path-like
-            The file to write.
-        overwrite : bool, optional
-            Whether a file of this name is replaced.
-
-        Raises
-        ------
-        RequestError
-            If the file exists and is not to be replaced, or cannot be written.
-        """
+    def csv_rows(self) -> list[Any]:
+        """Return a row for each period, under the names of the columns."""
         columns = self._columns()
-        rows = np.column_stack([*columns.values()]).tolist()
-        write_csv(path, [columns, *rows], overwrite)
+        return [columns, *np.column_stack([*columns.values()]).tolist()]
 
     def _columns(self) -> dict[str, np.ndarray]:
         names = ("displacement", "pseudo_velocity", "pseudo_acceleration", "absolute_acceleration")

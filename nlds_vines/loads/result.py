@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
-from nlds_vines.archives.files import write_csv
+from nlds_vines.archives.files import Csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice
@@ -126,11 +126,9 @@ class HostHistory(History):
     status: int = OK
 
     def heading(self) -> str:
-        """Return the number of impacts and the duration."""
         return f"{len(self.impacts['touch'])} impacts in {self.time[-1]:g} s"
 
     def outline(self) -> Rows:
-        """Return the quantities of the response that are there."""
         yield "numbers", numbers({k: v for k, v in self.numbers.items() if np.isfinite(v)})
 
 
@@ -149,7 +147,7 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False)
-class ResponseHistories(Drawable):
+class ResponseHistories(Csv, Drawable):
     """The response of a structure to a load, with each damper.
 
     Attributes
@@ -228,22 +226,9 @@ class ResponseHistories(Drawable):
                     peaks.append(Peak(damper, name, value, of_load(name).unit, reduction))
         return peaks
 
-    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
-        """Write the `comparison` as comma-separated values.
-
-        Parameters
-        ----------
-        path : path-like
-            The file to write.
-        overwrite : bool, optional
-            Whether a file of this name is replaced.
-
-        Raises
-        ------
-        RequestError
-            If the file exists and is not to be replaced, or cannot be written.
-        """
-        write_csv(path, [Peak._fields, *self.comparison()], overwrite)
+    def csv_rows(self) -> list[Any]:
+        """Return the `comparison` under the names of its columns."""
+        return [Peak._fields, *self.comparison()]
 
     def _table(self) -> Iterator[str]:
         cells: dict[str, dict[str, str]] = {system.name: {} for system in self.request.systems}

@@ -151,28 +151,10 @@ class Spectrum(Outlined):
         """The distance of two bins in multiples of the forcing frequency: 1 / periods."""
         return 1.0 / self.periods
 
-    def decibels(self, reference: float = 1.0) -> np.ndarray:
-        """Return the amplitudes in decibels, 20 log10(amplitude / reference).
-
-        Parameters
-        ----------
-        reference : float
-            Amplitude of 0 dB in the unit of the signal, > 0.
-
-        Returns
-        -------
-        (bins,) ndarray
-            -inf where the amplitude is exactly zero.
-
-        Raises
-        ------
-        RequestError
-            If the reference is not positive.
-        """
-        if number("reference", reference) <= 0:
-            raise RequestError(f"reference = {reference!r}; allowed: > 0")
+    def decibels(self) -> np.ndarray:
+        """Return 20 log10(amplitude), -inf where it is exactly zero."""
         with np.errstate(divide="ignore"):
-            return 20 * np.log10(self.amplitude / reference)
+            return 20 * np.log10(self.amplitude)
 
     def most_lines(self) -> int:
         """Return the largest n that `broadband_share` accepts."""
@@ -253,24 +235,7 @@ class Spectrum(Outlined):
 
         For an orbit with lines it does not depend on the number of periods; for a continuous
         spectrum it grows with that number.
-
-        Parameters
-        ----------
-        share : float
-            Above 0, up to 1.
-
-        Returns
-        -------
-        int
-            Number of bins.
-
-        Raises
-        ------
-        RequestError
-            If the share is out of range.
         """
-        if not 0 < number("share", share) <= 1:
-            raise RequestError(f"share = {share!r}; allowed: above 0, up to 1")
         sums = np.cumsum(np.sort(self.power[1:])[::-1])
         if sums[-1] == 0:
             return 0

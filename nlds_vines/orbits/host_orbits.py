@@ -135,6 +135,7 @@ class HostOrbit(Recorded):
     """
 
     def outline(self) -> Rows:
+        """Return the last state and the records, arrays by their shapes."""
         yield from super().outline()
         if self.E1max is not None:
             dampers = [f"E2max of {damper.name}" for damper in self.system.dampers]

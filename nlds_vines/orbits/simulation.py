@@ -126,6 +126,7 @@ class Orbit(Recorded):
     violation: Violation | None = None
 
     def outline(self) -> Rows:
+        """Return the last state and the records, arrays by their shapes."""
         yield from super().outline()
         of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
         if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:

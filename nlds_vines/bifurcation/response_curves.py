@@ -706,7 +706,7 @@ main = commands.of_task(
         ),
     ),
     (Scan, CurveRequest),
-    but=("want", "effort", "signals"),
+    but=("want", "effort", "signals", "of"),
     usual=SAMPLING,
     description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,

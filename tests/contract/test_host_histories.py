@@ -147,6 +147,7 @@ def test_a_blow_from_a_file_and_a_start_decay(here, answer):
 
 
 BLOW = {"load": {"impulse": 1.0, "on": "roof"}}
+QUAKE = {"record": {"times": [0.0, 0.1], "values": [0.0, 1.0], "unit": "g"}}
 
 
 @pytest.mark.parametrize(
@@ -154,6 +155,7 @@ BLOW = {"load": {"impulse": 1.0, "on": "roof"}}
     [
         (None, {"load": {"impulse": 1.0}}, "on is missing, the degree of freedom of the force"),
         (None, {"load": {"impulse": 1.0, "on": "rooof"}}, "did you mean 'roof'"),
+        (None, {"load": {**QUAKE, "on": "roof"}}, "on: the loads move the ground"),
         (None, {**BLOW, "sampling": {"of": ["rooof"]}}, "did you mean 'roof'"),
         (None, {"load": {"impulse": 1.0, "on": "roof", "harmonic": True}}, "a host takes a tone"),
         (None, {**BLOW, "vary": {"omega": {"values": [1.0, 2.0]}}}, "own force is off"),

@@ -166,20 +166,3 @@ def test_cells_of_other_lengths_give_the_same_orbit_and_complete_impacts():
         assert other.impacts[column] == expected
     assert other.states[-1] == pytest.approx(plain.states[-1], rel=1e-6, abs=1e-9)
     assert math.isfinite(np.nanmax(plain.impacts["release"]))
-
-
-@pytest.mark.parametrize(
-    ("load", "message"),
-    [
-        (Loading(impulse=1.0), "on is missing, the degree of freedom"),
-        (Loading(impulse=1.0, on="rooof"), "did you mean 'roof'"),
-        (Loading(record=(random_record(np.random.default_rng(1), 0.1, 9, unit="g"),), on="roof"),
-         "on: the loads move the ground"),
-    ],
-)  # fmt: skip
-def test_loads_that_act_nowhere_are_refused_in_one_line(load, message):
-    frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
-    system = nv.System.from_host(frame, [], force={"roof": 1.0}, omega=1.0)
-    with pytest.raises(nv.RequestError, match=message) as refused:
-        system.under(load)
-    assert "\n" not in str(refused.value)

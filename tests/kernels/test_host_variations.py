@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from host_flows import HostMap
-from test_hosts import as_host, random_system
+from test_hosts import random_system
 
 import nlds_vines as nv
 from nlds_vines.orbits.host_orbits import LAWS_IN_KERNELS
@@ -134,28 +134,6 @@ def test_an_orbit_on_a_wall_that_holds_varies_along_it():
             part -= row * (row @ part) / (row @ row)
         slope = flow.difference(y, 1, direction)
         assert orbit.matrix @ direction / scales == pytest.approx(slope / scales, abs=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("name", "changes"),
-    [
-        ("ssul-set6", {"omega": 6.28}),
-        ("ssul-set6", {"omega": 6.28, "law": "restitution", "e": 0.7}),
-        ("ssul-set6", {"omega": 1.28, "law": "restitution", "e": 0.0, "P": 3000.0}),
-    ],
-)
-def test_multipliers_are_those_of_a_system_of_one_damper(name, changes):
-    system = nv.load_system(name, **changes)
-    regime = nv.classify(system, quiet=True)
-    flow = HostMap(as_host(system))
-    point = regime.point.copy()
-    point[2] -= system.rest
-    orbit = flow(flow.orbits.start(point), regime.period)
-    assert sum(orbit.counts) == regime.impacts
-    assert np.abs(orbit.sections[-1] - flow.orbits.start(point)).max() < 1e-9
-    values = np.linalg.eigvals(orbit.matrix)
-    values = values[np.argsort(-np.abs(values), kind="stable")]
-    assert np.abs(values) == pytest.approx(np.abs(regime.multipliers), rel=1e-6, abs=1e-9)
 
 
 def test_the_smallest_near_miss_and_the_slowest_impact_are_those_of_a_sampled_orbit():

@@ -44,25 +44,6 @@ def cells(edges, force):
     return load_of(edges, rows)
 
 
-def exactly(system, force, kinks):
-    """Return the state at the end under force(t), from rest, by quadrature of Duhamel's integral.
-
-    Of y' = A y + b f with y = (x1, v1[, x2 - its rest, v2]), from kink to kink of the force.
-    """
-    p = {name: mpmath.mpf(value) for name, value in system.parameters.items()}
-    k2, c2, m1, m2 = (p.get(name, 0) for name in ("k2", "c2", "m1", "m2"))
-    A = mpmath.matrix([
-        [0, 1, 0, 0],
-        [-(p["k1"] + k2) / m1, -(p["c1"] + c2) / m1, k2 / m1, c2 / m1],
-        *([[0, 0, 0, 1], [k2 / m2, c2 / m2, -k2 / m2, -c2 / m2]] if m2 else ()),
-    ])  # fmt: skip
-    A = A[:, : A.rows]
-    E, right = mpmath.eig(A)
-    left = mpmath.lu_solve(right, mpmath.matrix([0, 1 / m1, 0, 0][: A.rows]))
-    parts = [mpmath.quad(lambda t, e=e: mpmath.exp(e * (END - t)) * force(t), kinks) for e in E]
-    return [float(mpmath.re(x)) for x in right * mpmath.diag(parts) * left]
-
-
 def grid(system, *kinks, end=END):
     """Return edges up to `end` that are short enough, kinks among them."""
     h, places = longest_cell(system), sorted({0.0, *kinks, end})
@@ -70,58 +51,6 @@ def grid(system, *kinks, end=END):
         np.linspace(a, b, max(1, math.ceil((b - a) / h)) + 1) for a, b in itertools.pairwise(places)
     )
     return np.unique(np.concatenate([*pieces]))
-
-
-def agrees(system, load, expected):
-    """Compare the last state with an expected one; both in scales of the motion."""
-    flown = fly(system, load)
-    assert flown.times[-1] == END
-    off = np.abs((flown.states[-1] - expected) / np.abs(flown.states).max(axis=0))
-    assert off.max() < 1e-11
-
-
-LINEAR = ("none", "tmd")
-
-
-def sine(t):
-    """Return the half sine 1000 N sin(pi t / 0.4 s)."""
-    return 1000 * mpmath.sin(t * (math.pi / 0.4)) if t < 0.4 - 1e-9 else mpmath.mpf(0)
-
-
-def blast(t):
-    """Return a pulse of Friedlander, of 2 kN."""
-    return 2000 * (1 - t / mpmath.mpf(0.25)) * mpmath.exp(-3 * t)
-
-
-def sweep(t):
-    """Return a force from 4 to 6.5 rad/s."""
-    return 800 * mpmath.sin(4 * t + mpmath.mpf(5) / 12 * t * t)
-
-
-@pytest.mark.parametrize("force", [sine, blast, sweep])
-@pytest.mark.parametrize("name", LINEAR)
-def test_a_force_in_closed_form(name, force):
-    system, kinks = load_system(name), [0.0, 0.4, 1.0, 2.0, END]
-    agrees(system, cells(grid(system, *kinks), force), exactly(system, force, kinks))
-
-
-@pytest.mark.parametrize("degree", [1, 3])
-@pytest.mark.parametrize("name", LINEAR)
-def test_a_record(name, degree):
-    """Samples 0.05 s apart with lines or cubics between them, as good as any force is."""
-    system, rng = load_system(name), np.random.default_rng(5)
-    edges = np.round(np.arange(0, 61) * 0.05, 12)
-    rows = rng.normal(0, 500, (60, degree + 1))
-    if degree == 1:  # without jumps
-        values = rng.normal(0, 500, 61)
-        rows = np.stack([values[:-1], np.diff(values)], axis=1)
-
-    def force(t):
-        i = min(int(np.searchsorted(edges, float(t), "right")), 60) - 1
-        share = (t - mpmath.mpf(edges[i])) / (mpmath.mpf(edges[i + 1]) - mpmath.mpf(edges[i]))
-        return sum(c * share**k for k, c in enumerate(rows[i].tolist()))
-
-    agrees(system, load_of(edges, rows), exactly(system, force, edges.tolist()))
 
 
 LAWS = {

@@ -74,7 +74,7 @@ sphinx_gallery_conf = {
     "examples_dirs": str(WORK),
     "gallery_dirs": "_gallery",
     "filename_pattern": r"\.py$",
-    "parallel": os.cpu_count(),
+    "parallel": min(4, os.cpu_count() or 1),  # processes, of up to 0.7 GB where they compile
     "within_subsection_order": "FileNameSortKey",
     "thumbnail_size": (480, 340),
     "image_scrapers": ("matplotlib", "pictures.written_pictures"),

@@ -58,7 +58,7 @@ def copy(tmp_path_factory):
 
 def run(folder):
     """Run `PROGRAM` in a copy of the package; return what it prints, and what it says beside."""
-    status, out, err = ran(folder, "-B", "-c", PROGRAM, PYTHONPATH=str(folder))
+    status, out, err = in_copy(folder, "-c", PROGRAM)
     assert status == 0, err
     output = json.loads(out) | {"said": err}
     assert output["home"] == str(folder / "nlds_vines" / "kernels")
@@ -77,6 +77,11 @@ def ran(folder, *words, **environment):
     """Run Python in a folder, with a cache there; return its status, its output and its errors."""
     cache = {"NUMBA_DISABLE_JIT": "0", "NUMBA_CACHE_DIR": str(folder / "cache")}
     return ended(started(*words, cwd=folder, **cache | environment))
+
+
+def in_copy(folder, *words):
+    """Run Python with the copy of the package in a folder, and with what it has compiled."""
+    return ran(folder, "-B", *words, PYTHONPATH=str(folder))
 
 
 @contextmanager
@@ -341,9 +346,9 @@ SAYS = "compiling the equations of {} into machine code"
     "response-history --system none",
     "tuning --system tmd --free k2=1000:1500 --generations 1 --polish 1",
 ])  # fmt: skip
-def test_what_is_compiled_under_a_load_is_said(tmp_path, task):
-    struck = "--impulse 1000 --duration 20 -o a.h5"
-    status, _, err = ran(tmp_path, "-m", "nlds_vines", *task.split(), *struck.split())
+def test_what_is_compiled_under_a_load_is_said(copy, task):
+    struck = f"--impulse 1000 --duration 20 -o {task.split()[0]}.h5"
+    status, _, err = in_copy(copy, "-m", "nlds_vines", *task.split(), *struck.split())
     assert status == 0, err
     assert SAYS.format(task.split()[2]) in err
 
@@ -361,7 +366,7 @@ def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
 
 @pytest.mark.kernels
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
-def test_what_is_compiled_for_branches_is_what_a_continuation_calls(tmp_path):
+def test_what_is_compiled_for_branches_is_what_a_continuation_calls(copy):
     """In a process of its own, whose second half would compile what the first has left out."""
     program = """
 from nlds_vines.continuation.section_map import KERNELS, SectionMap
@@ -376,7 +381,7 @@ with told_of_compilations(compiled.append):
 assert len(found.branches[0]) > 2
 print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
 """
-    assert printed("-c", program, NUMBA_CACHE_DIR=str(tmp_path)) == "[]\n"
+    assert in_copy(copy, "-c", program)[:2] == (0, "[]\n")
 
 
 def children(pid):

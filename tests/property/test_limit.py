@@ -26,7 +26,7 @@ pytestmark = pytest.mark.kernels
 
 SSBL = {**catalog()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
-RANDOM, GRAZING = {"exact": 250, "rk4": 60}, {"exact": 60, "rk4": 40}
+RANDOM, GRAZING = {"exact": 100, "rk4": 60}, {"exact": 60, "rk4": 40}
 MANY_RANDOM, MANY_GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] up to and behind the first contact
 FEW = 0.005  # largest share of ambiguous orbits

@@ -62,6 +62,7 @@ OF_HOSTS = (
     "bifurcation/test_scans_of_hosts.py",
     "explore/test_pages_of_hosts.py",
     "continuation/test_branches_of_hosts.py",
+    "portrait/test_portraits_of_hosts.py",
 )
 """Files that need the kernels of hosts: one worker runs them, and compiles these kernels once."""
 

@@ -215,32 +215,28 @@ class CellOrbit:
             raise RequestError("the scan records no response, so no displacement is named")
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
 
-    @property
-    def of_kind(self) -> Beginning:
-        """The beginning of an orbit of a kind; a host's is refused, as portraits show none."""
-        from nlds_vines.orbits.simulation import HostBeginning
-
-        if isinstance(self.begin, HostBeginning):
-            raise RequestError("orbits of hosts have no portrait; nlds_vines.orbit_of returns them")
-        return self.begin
-
-    def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
+    def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit | HostOrbit:
         """Return the orbit from one forcing period to another with states in between.
 
         These end steps of the integration, which would change a chaotic orbit: each period is
         traced by itself, from the section of the orbit without them.
         """
-        count, of_cell = end - begin, self.of_kind
-        words = ("section", "impacts") if of_cell.system.scene.walls else ("section",)
-        whole_orbit = of_cell.follow(words, begin, count, quiet=quiet)
+        from nlds_vines.orbits.simulation import HostBeginning
+
+        count, first, system = end - begin, self.begin, self.begin.system
+        words = ("section", "impacts") if system.scene.walls else ("section",)
+        whole_orbit = first.follow(words, begin, count, quiet=quiet)
         assert whole_orbit.section is not None
         states = np.empty((count, samples, whole_orbit.section.shape[1]))
         for i in range(count):
-            one = of_cell.after(begin + i).follow(("trajectory",), 0, 1, samples)
-            states[i] = one.trajectory
+            if i == 0 or not isinstance(first, HostBeginning):
+                one: Any = first.after(begin + i)
+            else:  # contacts under way follow from the state
+                one = one._replace(state=whole_orbit.section[i - 1])
+            states[i] = one.follow(("trajectory",), 0, 1, samples).trajectory
             states[i, -1] = whole_orbit.section[i]
         steps = begin * samples + 1 + np.arange(count * samples)
-        time = steps * (of_cell.system.period / samples)
+        time = steps * (system.period / samples)
         return replace(whole_orbit, trajectory=states.reshape(count * samples, -1), time=time)
 
 

@@ -267,7 +267,7 @@ class OrbitFigures:
         self.walls: list[list[Span]] = []
         self.wide: list[Any] = []
         self.time = Range1d(0, 1)
-        has_force = not isinstance(system, HostSystem) and "force" in panels_of([scene])
+        has_force = not isinstance(system, HostSystem) and "force" in panels_of([system])
 
         def over_time(name: str, label: str, curves: Mapping[str, str]) -> Any:
             made = plain_figure(name, _TIME, x_range=self.time)

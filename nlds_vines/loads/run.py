@@ -26,7 +26,6 @@ from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.host import Host, with_stiffness
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
-from nlds_vines.model.parameters import GROUND
 from nlds_vines.model.quantities import OF_HOSTS, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -310,7 +309,7 @@ def _arrays_of_orbit(
     settings = chosen_settings("exact", {"tolerance": request.tolerance})
     orbits = HostOrbits(system, settings.stepped_to)
     shown = [name for name in owners["displacement"] if _has_displacement(system, name)]
-    strokes = ["-".join(e for e in damper.ends if e != GROUND) for damper in system.dampers]
+    strokes = [damper.stroke for damper in system.dampers]
     start = orbits.start(request.state[: 2 * orbits.size] or None)
     orbit = follow_load(orbits, cells, start, [*shown, *strokes])
     arrays = _histories_of_host(owners, system, orbits, orbit)

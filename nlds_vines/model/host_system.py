@@ -39,7 +39,7 @@ from nlds_vines.model.parameters import (
     hertz_stiffness,
     split_name,
 )
-from nlds_vines.model.scenes import HOST, Scene, Values
+from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene, Values
 
 if TYPE_CHECKING:
     from nlds_vines.model.host import Host  # with SciPy
@@ -165,6 +165,10 @@ class Damper:
         check_name("name", self.name)
         if self.name in RESERVED:
             raise RequestError(f"name = {shown(self.name)} has another meaning: take another one")
+        if len(self.name) > LONGEST_NAME:
+            raise RequestError(
+                f"name = {shown(self.name)} has {len(self.name)} letters; allowed: {LONGEST_NAME}"
+            )
         with at(f"damper {self.name!r}"):
             has_mass, ends = isinstance(self.attached_to, str), self.attached_to
             is_pair = isinstance(ends, list | tuple) and [*map(type, ends)] == [str, str]
@@ -208,6 +212,11 @@ class Damper:
     def ends(self) -> tuple[str, ...]:
         """The two whose difference is r: a degree of freedom, and its own mass or another one."""
         return self.places if self.m is None else (*self.places, self.name)
+
+    @property
+    def stroke(self) -> str:
+        """The name of the displacement r along its spring."""
+        return "-".join(end for end in self.ends if end != GROUND)
 
     @property
     def parameters(self) -> dict[str, float]:

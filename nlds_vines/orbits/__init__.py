@@ -1,5 +1,6 @@
 """Orbits in Python, one or many.
 
 Modules in reading order: solver_settings, records, responses, kernel_inputs, starts, compilation,
-spectrum, batch, host_orbits, host_batch, simulation, classification, load_flight, host_loads.
+signals, spectrum, batch, host_orbits, host_batch, simulation, classification, load_flight,
+host_loads.
 """

@@ -27,7 +27,7 @@ class LoadedOrbit(NamedTuple):
     states: np.ndarray  # (n, components) [m, m/s]
     accelerations: np.ndarray  # (n, coordinates and masses) relative to the ground [m/s^2]
     loads: np.ndarray  # (n,) the force on a dof of factor 1 [N], or minus the ground's acceleration
-    impacts: np.ndarray  # of dtype `host_orbits.IMPACT`
+    impacts: np.ndarray  # of dtype `records.HOST_IMPACT`
     records: Any  # `HostRecords`: largest energies and the response of displacements
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,16 +26,19 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
-from nlds_vines.model.scenes import LONGEST_NAME
 from nlds_vines.orbits.batch import Layout, evidence_arrays
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import WALLS
-from nlds_vines.orbits.records import NOTED
+from nlds_vines.orbits.records import HOST_IMPACT, NOTED
 from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
 from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "response", "trajectory")
 
@@ -47,20 +51,6 @@ MOST_COORDINATES = 200
 
 LAWS_IN_KERNELS = ("hertz", "power", "linear", "kelvin-voigt", "restitution")
 """The laws of walls in the order of the numbers of `kernels.hosts.walls`."""
-
-IMPACT = np.dtype(
-    [
-        ("damper", f"U{LONGEST_NAME}"),
-        ("wall", "U1"),
-        ("touch", float),
-        ("release", float),
-        ("speed", float),
-        ("force", float),
-        ("depth", float),
-    ]
-)
-"""A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
-approach speed [m/s]; largest force [N]; depth [m]."""
 
 _CONSTANTS = np.dtype([(name, float) for name in CONSTANTS])
 
@@ -91,6 +81,38 @@ class Recorded(Outlined):
         if present:
             yield "recorded", ", ".join(present)
 
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
+
+        Parameters
+        ----------
+        show : str, optional
+            Names of panels, separated by commas.  By default displacement, relative displacement,
+            section and section at impact, as far as the orbit records them.
+        ax : matplotlib.axes.Axes, optional
+            Axes for one panel.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture, or the figure of `ax`.  Without a trajectory, histories are the states at
+            t = nT.
+
+        Raises
+        ------
+        RequestError
+            If the orbit records neither section nor trajectory, or not what `show` names.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> orbit = nv.simulate("ssul-set6", 9, transient=200, omega=5.5, quiet=True)
+        >>> [axes.get_label() for axes in orbit.plot().axes]
+        ['displacement', 'relative', 'section', 'impact-section']
+        """
+        figure: Figure = import_module("nlds_vines.portrait.picture").draw_orbit(self, show, ax)
+        return figure
+
 
 class HostOrbit(Recorded):
     """An orbit of a host from `simulate`; attributes that were not recorded are None.
@@ -103,7 +125,7 @@ class HostOrbit(Recorded):
         The last state, in the order of `system.scene.components` [m, m/s].
     section : (periods, components) ndarray
         The states at t = T, 2T, ..., counted from the end of the transient.
-    impacts : ndarray of dtype `host_orbits.IMPACT`
+    impacts : ndarray of dtype `records.HOST_IMPACT`
         One row per touch: `damper`; `wall`, its side; times `touch` and `release` [s] from the
         start of the transient, approach `speed` [m/s], largest `force` [N] and `depth` [m].  If an
         impact lasts beyond the end, `release` is NaN; of a rigid wall the force is infinite.
@@ -395,9 +417,9 @@ class HostOrbits:
         return self.states(state)
 
     def table_of(self, impacts: Impacts) -> np.ndarray:
-        """Return the impacts as rows of dtype `IMPACT`."""
+        """Return the impacts as rows of dtype `HOST_IMPACT`."""
         rows = rows_of(impacts)
-        table = np.zeros(len(rows), IMPACT)
+        table = np.zeros(len(rows), HOST_IMPACT)
         for row, values in zip(table, rows, strict=True):
             row["damper"], row["wall"] = self.names[int(values[0])]
         for column, name in enumerate(("touch", "release", "speed", "force", "depth"), 1):

@@ -101,6 +101,17 @@ IMPACT_NUMBERS = ("touch", "release", "speed", "force", "depth", "gain1", "gain2
 IMPACT = np.dtype([("wall", f"U{LONGEST_NAME}"), *((name, float) for name in IMPACT_NUMBERS)])
 
 
+HOST_IMPACT = np.dtype(
+    [
+        ("damper", f"U{LONGEST_NAME}"),
+        ("wall", "U1"),
+        *((name, float) for name in IMPACT_NUMBERS[:5]),
+    ]
+)
+"""A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
+approach speed [m/s]; largest force [N]; depth [m]."""
+
+
 class Violation(NamedTuple):
     """Violations of a scene's limit, those of the transient included."""
 

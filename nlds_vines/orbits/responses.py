@@ -14,8 +14,9 @@ import numpy as np
 
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import alone, foot_amplitude
+from nlds_vines.model.parameters import Law
 from nlds_vines.model.quantities import Quantity, stored_in
-from nlds_vines.model.scenes import HOST, Scene
+from nlds_vines.model.scenes import HOST, Scene, Values
 from nlds_vines.model.system import System
 
 # distance from a rigid stop, relative to the stop's, within which a displacement is at it
@@ -118,11 +119,27 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     by_wall = {}
     for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
         law = scene.law_at(wall)
-        if gap is not None and law.force is not None:
-            approach = np.maximum(sign * shortening - gap(p), 0.0)
-            force = law.force(system.contact(wall), approach, sign * rate)
-            by_wall[scene.struck[wall]] = sign * np.where(approach > 0.0, force, 0.0)
+        if gap is not None and not law.instant:
+            place = sign, gap(p)
+            by_wall[scene.struck[wall]] = wall_force(
+                law, system.contact(wall), place, shortening, rate
+            )
     return by_wall
+
+
+def wall_force(
+    law: Law, constants: Values, wall: tuple[float, float], r: np.ndarray, rate: np.ndarray
+) -> np.ndarray:
+    """Return the force [N] of a wall on a damper, positive toward +x2.
+
+    wall: 1 if it is touched at r = gap, -1 if at -r = gap, and the gap [m]; r and its rate: the
+    shortening of the spring [m, m/s].  Under a law whose impacts take no time the force is 0.
+    """
+    sign, gap = wall
+    depth = np.maximum(sign * r - gap, 0.0)
+    if law.force is None:
+        return np.zeros(len(r))
+    return sign * np.where(depth > 0.0, law.force(constants, depth, sign * rate), 0.0)
 
 
 def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:

@@ -7,8 +7,7 @@ import os
 import typing
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,15 +35,18 @@ from nlds_vines.orbits.host_orbits import (
     response_of,
 )
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, STATUS, Violation, refuse_impossible
+from nlds_vines.orbits.records import (
+    IMPACT,
+    IMPACT_NUMBERS,
+    STATUS,
+    Violation,
+    refuse_impossible,
+)
+from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
-from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, checked_signal, spectrum_of
+from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.runs.interrupts import stoppable
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 
@@ -136,38 +138,6 @@ class Orbit(Recorded):
             others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
         if others:
             yield "limits", numbers(others)
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
-
-        Parameters
-        ----------
-        show : str, optional
-            Names of panels, separated by commas.  By default displacement, relative displacement,
-            section and section at impact, as far as the orbit records them.
-        ax : matplotlib.axes.Axes, optional
-            Axes for one panel.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            The picture, or the figure of `ax`.  Without a trajectory, histories are the states at
-            t = nT.
-
-        Raises
-        ------
-        RequestError
-            If the orbit records neither section nor trajectory, or not what `show` names.
-
-        Examples
-        --------
-        >>> import nlds_vines as nv
-        >>> orbit = nv.simulate("ssul-set6", 9, transient=200, omega=5.5, quiet=True)
-        >>> [axes.get_label() for axes in orbit.plot().axes]
-        ['displacement', 'relative', 'section', 'impact-section']
-        """
-        figure: Figure = import_module("nlds_vines.portrait.picture").draw_orbit(self, show, ax)
-        return figure
 
     def to_dataframe(self) -> Any:
         """Return the trajectory as a table; needs the extra `xarray`.
@@ -372,6 +342,11 @@ class HostBeginning(NamedTuple):
             transient=span.first,
         )
 
+    def after(self, periods: int) -> HostBeginning:
+        """Return the beginning at the state after so many periods."""
+        state = self.follow((), periods, 0).state
+        return self._replace(state=state, is_put_on_walls=True)
+
 
 class Beginning(NamedTuple):
     """A state from which kernels follow an orbit, with the system and the method."""
@@ -469,17 +444,20 @@ def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> i
         return run_cell(*arguments)
 
 
-def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
+def spectrum(
+    orbit: Orbit | HostOrbit, signal: str = "x1", *, window: str = "rectangular"
+) -> Spectrum:
     """Return the spectrum of a signal along an orbit.
 
     Parameters
     ----------
-    orbit : Orbit
+    orbit : Orbit or HostOrbit
         From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
         of n periods, each line lies on a bin and none leaks.
     signal : str
         A component of the state, x1, v1, x2, v2 [m, m/s]; u = x2 - x1 [m]; the contact `force` on
-        the damper [N]; an energy, E1 or E2 [J].
+        the damper [N]; an energy, E1 or E2 [J].  Of a host, a displacement "roof" or "roof-floor2"
+        [m], its velocity "roof.v" [m/s], "cell1.stroke" [m], "cell1.force" [N], E1 or "cell1.E2".
     window : str
         "rectangular" or "hann".
 
@@ -512,19 +490,19 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     """
     if not hasattr(orbit, "trajectory"):
         raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
-    checked_signal(signal, orbit.system.scene)
+    chosen = signal_of(orbit.system, signal)
     if orbit.trajectory is None or orbit.time is None:
         raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")
     if len(orbit.time) < 2:
         raise RequestError("a trajectory of one state has no spectrum: record more periods")
     step = (orbit.time[-1] - orbit.time[0]) / (len(orbit.time) - 1)
     return spectrum_of(
-        SIGNALS[signal].of(orbit.system, orbit.trajectory),
+        chosen.of(orbit.system, orbit.trajectory),
         round(orbit.system.period / step),
         orbit.system.parameters["omega"],
         window=window,
         quantity=signal,
-        unit=SIGNALS[signal].unit,
+        unit=chosen.unit,
     )
 
 

@@ -1,14 +1,10 @@
-"""Signals of an orbit, their Fourier spectra, and the spectral records of scans.
-
-States are rows (x1, v1, x2, v2) [m, m/s], or (x1, v1) without a damper, as in `Orbit.trajectory`;
-a signal has one value per row.
-"""
+"""Fourier spectra of signals along an orbit, and the spectral records of scans."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +13,7 @@ from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, checked_words, choice, number, whole
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import System
-from nlds_vines.orbits.responses import contact_forces, relative_displacement
+from nlds_vines.orbits.signals import SIGNALS
 
 TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
 """The window functions, with the bins to either side of its own that a line on a bin fills.  One
@@ -29,70 +24,6 @@ NEIGHBORS = 8
 
 # standard deviation, relative to the largest value, below which a signal counts as constant
 SILENCE = 1.0e-15
-
-
-class Signal(NamedTuple):
-    """A quantity along an orbit: its unit, its meaning, and the function of the states."""
-
-    unit: str
-    meaning: str
-    of: Callable[[System, np.ndarray], np.ndarray]
-
-
-def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
-    """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
-    m1, k1, _ = system.structure
-    return 0.5 * (m1 * states[:, 1] ** 2 + k1 * states[:, 0] ** 2)
-
-
-def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
-    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6)."""
-    # w is the absolute displacement from rest, V + C for SSul, not the stretch of the spring
-    p, w = system.parameters, states[:, 2] - system.rest
-    return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
-
-
-SIGNALS: Mapping[str, Signal] = {
-    "x": Signal("m", "displacement of the oscillator", lambda _, y: y[:, 0]),
-    "v": Signal("m/s", "velocity of the oscillator", lambda _, y: y[:, 1]),
-    "x1": Signal("m", "displacement of the structure", lambda _, y: y[:, 0]),
-    "v1": Signal("m/s", "velocity of the structure", lambda _, y: y[:, 1]),
-    "x2": Signal("m", "displacement of the damper", lambda _, y: y[:, 2]),
-    "v2": Signal("m/s", "velocity of the damper", lambda _, y: y[:, 3]),
-    "u": Signal("m", "relative displacement x2 - x1", relative_displacement),
-    "force": Signal(
-        "N",
-        "contact force on the damper",
-        lambda system, y: sum(contact_forces(system, y).values(), np.zeros(len(y))),
-    ),
-    "E1": Signal("J", "energy of the structure", energy_of_structure),
-    "E2": Signal("J", "energy of the damper", energy_of_damper),
-}
-"""All signals by name."""
-
-
-def signals_of(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the signals of a scene: no x2 without a damper, for example."""
-    without = {"x", "v", "x1", "v1", "x2", "v2"} - {*scene.components}
-    if not scene.damper:
-        without |= {"u", "E2"}
-    if not scene.forces:
-        without.add("force")
-    return tuple(name for name in SIGNALS if name not in without)
-
-
-def checked_signal(name: object, scene: Scene) -> str:
-    """Return the name of a signal, validated for a scene."""
-    chosen = choice("signal", name, SIGNALS)
-    if chosen not in signals_of(scene):
-        raise RequestError(
-            f"signal {chosen!r} ({SIGNALS[chosen].meaning}) does not exist in kind {scene.kind!r}; "
-            f"allowed: {', '.join(signals_of(scene))}"
-        )
-    return chosen
-
-
-# ---- spectra ----
 
 
 @dataclass(frozen=True, repr=False)

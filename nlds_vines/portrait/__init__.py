@@ -5,6 +5,7 @@ In reading order:
     request         which orbit, which windows of it, which panels
     result          windows of orbits as numbers, their archive
     run             the orbit computed, window by window
-    picture         the page drawn
+    panels          each panel drawn
+    picture         the page
     command         `python -m nlds_vines.portrait` and `nv.orbit_portrait`
 """

@@ -20,9 +20,9 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.errors import RequestError, at, shown, whole
+from nlds_vines.model.catalog import AnySystem, without_hosts
 from nlds_vines.model.setting import settings_of
-from nlds_vines.model.system import System
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.portrait.request import (
     PANELS,
@@ -63,7 +63,7 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 
 
 def orbit_portrait(
-    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    source: PortraitRequest | AnySystem | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
@@ -74,7 +74,7 @@ def orbit_portrait(
 
     Parameters
     ----------
-    source : System, str, path-like, mapping or PortraitRequest, optional
+    source : System, HostSystem, str, path-like, mapping or PortraitRequest, optional
         A system or its name; the path of a request file (.toml) or its content; or the path of a
         scan's archive (.h5), with `at` and `start` among the options.  By default SSul NES Set 6.
     to : path-like, optional
@@ -89,8 +89,9 @@ def orbit_portrait(
 
         - `windows`, pairs (begin, end) of forcing periods, or `transient` and `periods`;
         - `panels`, `show`, `samples`, `method`, `tolerance`, `signal`, `taper`, `comb`,
-          `section_phase`;
-        - `start`, (x1, v1, x2, v2) [m, m/s]; of an archive, the number or the name of a start;
+          `section_phase`; `of`, the displacements of a host that are drawn;
+        - `start`, (x1, v1, x2, v2) [m, m/s], of a host its components; of an archive, the
+          number or the name of a start;
         - `at`, of an archive: the values of the varied parameters by name.
 
     Returns
@@ -183,6 +184,9 @@ class Job(commands.Job):
             how = replace(self.how, resume=not self.how.overwrite)
             object.__setattr__(self, "how", how)
         super().__post_init__()
+        for column in self.request.columns if self.exponents else ():
+            with at("--exponents"):
+                without_hosts(column.system)
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -24,9 +24,10 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.parameters import setting_in_words
+from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.host_system import PLACE, HostSystem
+from nlds_vines.model.parameters import flat, setting_in_words
 from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -41,9 +42,10 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
+from nlds_vines.orbits.signals import has_force, signal_of
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
-from nlds_vines.orbits.spectrum import TAPERS, checked_signal
-from nlds_vines.orbits.starts import starts_inside
+from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.starts import host_starts_inside, starts_inside
 from nlds_vines.plotting.bands import LARGEST
 
 if TYPE_CHECKING:
@@ -52,9 +54,9 @@ if TYPE_CHECKING:
 EXPONENTS = "exponents"  # the panel whose numbers take a further computation
 
 PANELS: Mapping[str, str] = {
-    "displacement": "x1, x2 and what is struck",
+    "displacement": "x1, x2 and what is struck; of a host those named by `of`",
     "velocity": "v1 and v2",
-    "relative": "x2 - x1 and what is struck",
+    "relative": "x2 - x1 and what is struck; of a host r, walls and touches",
     "force": "contact force and harmonic force",
     "energy": "E1 and E2",
     "energy1": "E1 alone",
@@ -64,6 +66,7 @@ PANELS: Mapping[str, str] = {
     "phase2": "phase trajectory of the damper, its section, what is struck",
     "section": "Poincaré section of the damper, or of the structure without one",
     "section1": "Poincaré section of the structure",
+    "shape": "shape of a host: its largest displacements, and instants of the last period",
     "impact-section": "section at impact: phase of the force and approach speed of each touch",
     "spectrum": "Fourier spectrum",
     EXPONENTS: "Lyapunov exponents from the end of the window on: running means, 99 % intervals",
@@ -71,24 +74,47 @@ PANELS: Mapping[str, str] = {
 """The panels by name, with their contents; a page has them in the order of the request."""
 
 # the default panels
-USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
+USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "shape", "spectrum")
 
 # the panels that are planes, two of them side by side
-PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section")
+PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section", "shape")
 _OF_DAMPER = ("relative", "energy2", "phase2", "section1")
 _OF_WALLS = ("impact-section",)
-_OF_FORCES = ("force",)
+_OF_KINDS = ("phase", "exponents")
+# the panels of a host that it has for each displacement, and for each damper: `relative:cell1`
+_FOR_DISPLACEMENTS = ("phase1", "section1")
+_FOR_DAMPERS = ("relative", "phase2", "section")
 
 SYSTEM, SAMPLES, SHOW = "ssul-set6", 1024, 12
 """What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
 contact: its force is folded onto its lines by 4e-4 of the largest at most."""
 
-MOST_STATES = 10**7  # the most states of a run: at 32 bytes each 320 MB, which any machine has
+# the most numbers in the states of a run: 320 MB, which any machine has
+MOST_NUMBERS = 4 * 10**7
 MOST_COLUMNS = 4  # columns of a page: more of them are too narrow to read
 
 
 # attributes of an archive of the orbit of a scan's cell: which one, and the hash of the scan
 CELL, CELL_OF = "cell", "cell_of"
+
+
+def word_of(panel: str) -> str:
+    """Return the word of `PANELS` that a panel's name begins with: relative of `relative:cell1`."""
+    return panel.partition(":")[0]
+
+
+def checked_panels(value: Any) -> tuple[str, ...]:
+    is_list = isinstance(value, Sequence) and not isinstance(value, str)
+    named = [name for name in value if isinstance(name, str) and ":" in name] if is_list else []
+    return checked_words("panels", value, [*PANELS, *(n for n in named if word_of(n) in PANELS)])
+
+
+def _names(what: str, value: object) -> tuple[str, ...]:
+    """Return one name or a list of names as a tuple."""
+    names = (value,) if isinstance(value, str) else value
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise RequestError(f"{what} = {shown(value)} must be a name or a list of names")
+    return tuple(names)
 
 
 class Window(NamedTuple):
@@ -102,13 +128,13 @@ class Window(NamedTuple):
 class Column:
     """A column of a page, which fills some `panels`, or all if none is named."""
 
-    system: System
+    system: Any  # AnySystem
     window: Window
     name: str = ""
     panels: tuple[str, ...] = ()
 
     def fills(self, panel: str) -> bool:
-        return not self.panels or panel in self.panels
+        return not self.panels or panel in self.panels or word_of(panel) in self.panels
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,8 +142,9 @@ class PortraitRequest(Request):
     """The request of a portrait; validated when it is made, immutable afterwards.
 
     Columns of equal systems show windows of one run.  `panels` lacks those that no scene here can
-    fill.  `start` is x1, v1, x2, v2 [m, m/s] of every orbit, None for rest; `cell`, the orbit of an
-    archive's cell, takes its place.
+    fill; of hosts a panel for each of several dampers or displacements has its name, as in
+    `relative:cell1`.  `start` is the state [m, m/s] of every orbit, None for rest; `cell`, the
+    orbit of an archive's cell, takes its place.
     """
 
     content: ClassVar[str] = PORTRAIT
@@ -125,7 +152,7 @@ class PortraitRequest(Request):
     title: str
     columns: tuple[Column, ...]
     panels: tuple[str, ...] = setting(
-        USUAL, Checked(lambda value: checked_words("panels", value, PANELS), listed=True),
+        USUAL, Checked(checked_panels, listed=True),
         "portrait", "from top to bottom, see [Portrait](portrait.md)", "A,B,C",
         usual=", ".join(USUAL),
     )  # fmt: skip
@@ -137,9 +164,15 @@ class PortraitRequest(Request):
     show: int = setting(
         SHOW, Whole(1), "portrait", "forcing periods in a time history, at most", "PERIODS"
     )
-    signal: str = setting(
-        "", Text(), "portrait", "what the spectrum is of", "NAME", usual="x2, or x1 without damper"
-    )
+    signal: tuple[str, ...] = setting(
+        (), Checked(partial(_names, "signal"), listed=True), "portrait",
+        "what spectra are of", "A,B", usual="x2, or x1 without damper; of a host as `of`",
+    )  # fmt: skip
+    of: tuple[str, ...] = setting(
+        (), Checked(partial(_names, "of"), listed=True), "portrait",
+        "displacements of a host that are drawn: `roof`, `cell1` or `roof-floor2`", "A,B",
+        usual="where dampers hang",
+    )  # fmt: skip
     taper: str = setting(
         "rectangular", OneOf(TAPERS), "portrait",
         f"of the spectrum: {' or '.join(f'`{name}`' for name in TAPERS)}",
@@ -167,64 +200,74 @@ class PortraitRequest(Request):
         settings = chosen_settings(self.method, {"tolerance": self.tolerance})
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
-        scenes = tuple(column.system.scene for column in self.columns)
-        for column in self.columns:
-            for panel in column.panels:
-                choice("panel of a column", panel, self.panels)
+        systems = [column.system for column in self.columns]
+        for system in systems:
+            if isinstance(system, HostSystem):
+                choice("method of a host", self.method, ("exact",))
+            elif self.of:
+                raise RequestError(f"of = {shown(list(self.of))} is for displacements of a host")
+        words = (*self.panels, *map(word_of, self.panels))
+        for panel in [panel for column in self.columns for panel in column.panels]:
+            choice("panel of a column", panel, words)
         for panel in self.panels:
             if not any(column.fills(panel) for column in self.columns):
                 raise RequestError(f"panels: {panel!r} is filled by no column")
-        allowed = panels_of(scenes)
-        possible = tuple(name for name in self.panels if name in allowed)
+        allowed = panels_of(systems, self.of)
+        possible = [name for one in self.panels for name in allowed if one in (name, word_of(name))]
         if not possible:
             raise RequestError(
-                f"panels {', '.join(self.panels)} cannot be filled for kind {scenes[0].kind!r}; "
+                f"panels {', '.join(self.panels)} cannot be filled for kind {systems[0].kind!r}; "
                 f"allowed: {', '.join(allowed)}"
             )
-        object.__setattr__(self, "panels", possible)
+        object.__setattr__(self, "panels", tuple(dict.fromkeys(possible)))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        last = {scene.components[-2] for scene in scenes}
-        usual = last.pop() if len(last) == 1 else "x1"
+        usual, *others = (signals_drawn(system, self.of) for system in systems)
+        if not isinstance(systems[0], HostSystem) and any(other != usual for other in others):
+            usual = ("x1",)
         object.__setattr__(self, "signal", self.signal or usual)
-        for scene in scenes:
-            checked_signal(self.signal, scene)
-            if self.start is not None and len(self.start) != len(scene.components):
-                names = ", ".join(scene.components)
+        for system in systems:
+            components = system.scene.components
+            for name in self.signal:
+                signal_of(system, name)
+            if self.start is not None and len(self.start) != len(components):
+                names = ", ".join(components)
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
-        for column in self.columns:
-            system = column.system
-            places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
-            for name, place in places.items():
+            for name, place in _places(system).items():
                 if abs(place) > LARGEST:
                     raise RequestError(
                         f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
                     )
         for run in self.runs():
             begin, end = span(run)
-            if (end - begin) * self.samples > MOST_STATES:
+            most = MOST_NUMBERS // len(run[0].system.scene.components)
+            if (end - begin) * self.samples > most:
                 raise RequestError(
                     f"periods {begin} to {end} with {self.samples} samples each are too many "
-                    f"states; allowed: {MOST_STATES}; take fewer samples or nearer windows"
+                    f"states; allowed: {most}; take fewer samples or nearer windows"
                 )
 
     def starts_inside(self) -> list[str]:
         """Return a line for each system whose orbit begins inside a wall; none for a cell's."""
         lines = []
         for system in () if self.cell else [run[0].system for run in self.runs()]:
-            state = dict(zip(system.scene.components, self.start or (), strict=False))
-            inside = starts_inside(system.scene, system.parameters, state)
+            if isinstance(system, HostSystem):
+                inside = host_starts_inside(system, {}, self.start or ())
+            else:
+                state = dict(zip(system.scene.components, self.start or (), strict=False))
+                inside = starts_inside(system.scene, system.parameters, state)
             lines += [f"{system.name}: {line}" for line in inside]
         return lines
 
     def runs(self) -> tuple[tuple[Column, ...], ...]:
         """Return the columns in groups of one system, which share an orbit."""
-        firsts: list[System] = []
+        runs: list[tuple[Column, ...]] = []
         for column in self.columns:
-            if column.system not in firsts:
-                firsts.append(column.system)
-        return tuple(
-            tuple(column for column in self.columns if column.system == system) for system in firsts
-        )
+            same = (i for i, run in enumerate(runs) if _are_same(run[0].system, column.system))
+            if (i := next(same, None)) is None:
+                runs.append((column,))
+            else:
+                runs[i] += (column,)
+        return tuple(runs)
 
     @property
     def about(self) -> dict[str, Value]:
@@ -254,11 +297,7 @@ class PortraitRequest(Request):
                     "window": list(column.window),
                     **({"panels": list(column.panels)} if column.panels else {}),
                     **({} if self.is_of_one_kind else {"system": column.system.to_table()}),
-                    "set": {
-                        name: value
-                        for name, value in column.system.parameters.items()
-                        if value != system.parameters.get(name)
-                    },
+                    "set": _differences(system, column.system),
                 }
                 for column in self.columns
             ],
@@ -266,9 +305,17 @@ class PortraitRequest(Request):
 
     @property
     def is_of_one_kind(self) -> bool:
-        """Whether the systems of the columns differ in nothing but parameters."""
-        return (
-            len({(one.system.kind, one.system.law, one.system.law_2) for one in self.columns}) == 1
+        """Whether the systems of the columns differ in nothing but what `[set]` changes."""
+        first, *others = (column.system for column in self.columns)
+        if isinstance(first, HostSystem):
+            return all(
+                isinstance(system, HostSystem)
+                and _are_same(first.with_(**_differences(first, system)), system)
+                for system in others
+            )
+        laws = ("kind", "law", "law_2")
+        return all(
+            getattr(first, name) == getattr(system, name, "") for system in others for name in laws
         )
 
     @cached_property
@@ -283,12 +330,84 @@ def span(run: Sequence[Column]) -> Window:
     return Window(min(w.begin for w in windows), max(w.end for w in windows))
 
 
-def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
-    damper, forces = any(s.damper for s in scenes), any(s.forces for s in scenes)
-    walls = any(s.walls for s in scenes)
-    without = (() if damper else _OF_DAMPER) + (() if forces else _OF_FORCES)
-    without += () if walls else _OF_WALLS
-    return tuple(name for name in PANELS if name not in without)
+def panels_of(systems: Iterable[AnySystem], of: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the names of the panels that any of the systems can fill, in the order of `PANELS`.
+
+    of: the displacements of hosts, as of a request.
+    """
+    names = [name for system in systems for name in _panels_of(system, of)]
+    return tuple(sorted(dict.fromkeys(names), key=lambda name: [*PANELS].index(word_of(name))))
+
+
+def _panels_of(system: AnySystem, of: Sequence[str]) -> Iterator[str]:
+    scene, has_forces, owners = system.scene, system.scene.forces, dict[str, Sequence[str]]()
+    without = (() if scene.damper else _OF_DAMPER) + (() if scene.walls else _OF_WALLS)
+    if isinstance(system, HostSystem):
+        has_forces = any(has_force(damper) for damper in system.dampers)
+        without += _OF_KINDS if len(system.host.dofs) > 1 else (*_OF_KINDS, "shape")
+        dampers, dofs = [damper.name for damper in system.dampers], displacements_of(system, of)
+        owners = dict.fromkeys(_FOR_DAMPERS, dampers or dofs)
+        owners |= dict.fromkeys(_FOR_DISPLACEMENTS, dofs)
+    else:
+        without += ("shape",)
+    without += () if has_forces else ("force",)
+    for name in PANELS:
+        if name not in without:
+            each = owners.get(name, ())
+            yield from [f"{name}:{owner}" for owner in each] if len(each) > 1 else [name]
+
+
+def displacements_of(system: HostSystem, of: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the displacements of a host that are drawn.
+
+    By default the degrees of freedom that dampers hang on; without dampers those that forces act
+    on, and the last one that the ground moves if none does.
+    """
+    usual = () if system.dampers else tuple(system.force) or along_ground(system)[-1:]
+    return system.displacements(of or usual)
+
+
+def along_ground(system: HostSystem) -> tuple[str, ...]:
+    """Return the degrees of freedom that the ground moves, thus no rotations, or else all."""
+    host = system.host
+    pairs = zip(host.dofs, host.influence.tolist(), strict=True)
+    return tuple(dof for dof, moved in pairs if moved) or host.dofs
+
+
+def signals_drawn(system: AnySystem, of: Sequence[str]) -> tuple[str, ...]:
+    """Return the signals of the spectra that are drawn by default."""
+    if isinstance(system, HostSystem):
+        return displacements_of(system, of)
+    return system.scene.components[-2:-1]
+
+
+def _places(system: AnySystem) -> Mapping[str, float]:
+    """Return the places of walls, limits and the rest [m] by name."""
+    if isinstance(system, HostSystem):
+        walls = [(damper.name, wall) for damper in system.dampers for wall in damper.walls]
+        return {f"{name}.gap{wall.side}": wall.gap for name, wall in walls}
+    return {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
+
+
+def _are_same(one: AnySystem, other: AnySystem) -> bool:
+    if isinstance(one, HostSystem):
+        return one is other or one.to_table() == other.to_table()
+    return one == other
+
+
+def _differences(first: AnySystem, system: AnySystem) -> dict[str, Any]:
+    """Return what `[set]` changes of the first system to get another one."""
+    values: dict[str, Any] = {
+        name: value
+        for name, value in system.parameters.items()
+        if value != first.parameters.get(name)
+    }
+    if isinstance(first, HostSystem) and isinstance(system, HostSystem):
+        before = {damper.name: damper.attached_to for damper in first.dampers}
+        for damper in system.dampers:
+            if before.get(damper.name) != damper.attached_to:
+                values[f"{damper.name}.{PLACE}"] = damper.attached_to
+    return values
 
 
 def checked_window(what: str, value: object) -> Window:
@@ -305,11 +424,17 @@ def checked_window(what: str, value: object) -> Window:
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
 
 
-def described(system: System, frequency: str = RAD) -> str:
-    """Return a system in one line: title, parameters set by the user, forcing frequency."""
-    changed = (name for name, text in system.sources.items() if text == "set by the user")
-    names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
-    settings = [setting_in_words(name, system.parameters[name]) for name in names]
+def described(system: AnySystem, frequency: str = RAD, names: Iterable[str] = ()) -> str:
+    """Return a system in one line: title, `names` of parameters, forcing frequency.
+
+    A kind knows the names of the parameters that the user set.
+    """
+    if isinstance(system, HostSystem):
+        changed = [name for name in names if name in system.parameters]
+    else:
+        changed = [name for name, text in system.sources.items() if text == "set by the user"]
+    different = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
+    settings = [setting_in_words(name, system.parameters[name]) for name in different]
     if frequency == HZ:
         settings[-1] = setting_in_words("f", system.parameters["omega"] / (2.0 * pi))
     return ", ".join([system_in_words(system), *settings])
@@ -334,7 +459,8 @@ class Times:
 
     policy: str = setting("rest", OneOf(("rest",)), "start", "`rest`", replaces=("state",))
     state: tuple[float, ...] | None = setting(
-        None, Checked(checked_state), "start", "x1, v1, x2, v2 at t = 0 [m, m/s]",
+        None, Checked(checked_state), "start",
+        "x1, v1, x2, v2 at t = 0 [m, m/s]; of a host its `scene.components`",
         replaces=("policy",),
     )  # fmt: skip
     transient: int = setting(
@@ -364,7 +490,7 @@ class ColumnEntry:
     )  # fmt: skip
     panels: tuple[str, ...] = setting(
         (),
-        Checked(lambda n: checked_words("panels", n, PANELS) if n != () else (), listed=True),
+        Checked(lambda n: checked_panels(n) if n != () else (), listed=True),
         "[column]", "of the page, which it fills", usual="all",
     )  # fmt: skip
 
@@ -391,12 +517,13 @@ def load_portrait(
     columns = tuple(_columns(request, Times(**times)))
     title, system = request.title("system", "set"), columns[0].system
     settings = request.of(PortraitRequest)
-    if any("f" in layer.get("set", {}) for _, layer in request.layers):
+    changed = [name for _, layer in request.layers for name in flat(layer.get("set", {}))]
+    if "f" in changed:
         settings = {"frequency": HZ, **settings}
     if title is None:
-        is_one = all(column.system == system for column in columns)
+        is_one = all(_are_same(system, column.system) for column in columns)
         unit = settings.get("frequency", RAD)
-        title = described(system, unit) if is_one else system_in_words(system)
+        title = described(system, unit, changed) if is_one else system_in_words(system)
     return request.make(
         PortraitRequest,
         request.layers[0][0],
@@ -414,7 +541,7 @@ def portrait_of(
 
     System, start and method are the cell's, so `changes` must not have them.
     """
-    scan, system = cell.scan, cell.of_kind.system
+    scan, system = cell.scan, cell.begin.system
     sampling = changes.get("sampling", {})
     beside = [key for key in ("system", "set", "start") if changes.get(key)]
     beside += [key for key in ("method", "tolerance") if key in sampling]
@@ -424,21 +551,21 @@ def portrait_of(
     regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
     unit = changes.get("portrait", {}).get("frequency", RAD)
-    title = described(system, unit) + start + regime
+    title = described(system, unit, [axis.name for axis in scan.axes]) + start + regime
     document = {"title": title, "system": system, "sampling": usual}
     return replace(load_portrait(document, changes, changes_from), cell=cell)
 
 
 def _columns(request: Merged, times: Times) -> Iterator[Column]:
     """Yield the columns; windows and panels of the changes replace those of a column."""
-    system = request.system()
+    system: Any = request.any_system()
     (where, below), (changes_from, above) = request.layers
     default = [Window(times.transient, times.transient + times.periods)]
     windows = [*times.windows] or default
     is_asked = not {"windows", "transient", "periods"}.isdisjoint(above.get("sampling", {}))
     for entry in request.rows("column") or [ColumnEntry()]:
         with at(where):
-            one = system.with_(**{**below.get("set", {}), **(entry.settings or {})})
+            one = system.with_(**flat(below.get("set", {})) | flat(entry.settings or {}))
         with at(f"{changes_from}: [set]"):
             one = one.with_(**above.get("set", {}))
         panels = () if "panels" in above.get("portrait", {}) else entry.panels

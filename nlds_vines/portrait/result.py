@@ -22,11 +22,21 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import PORTRAIT
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
+from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import name_of
-from nlds_vines.orbits.records import IMPACT, OK, STATUS_FLAGS, Violation
-from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, signals_of
+from nlds_vines.orbits.records import HOST_IMPACT, IMPACT, OK, STATUS_FLAGS, Violation
+from nlds_vines.orbits.signals import histories_of, signal_of
+from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.portrait.request import CELL, CELL_OF, Column, PortraitRequest, load_portrait
+from nlds_vines.portrait.request import (
+    CELL,
+    CELL_OF,
+    Column,
+    PortraitRequest,
+    displacements_of,
+    load_portrait,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,13 +52,14 @@ class View(Outlined):
 
     Attributes:
         time: times [s] of the states from the start of the orbit, shape (n,).
-        states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
-            each period, the last at its end.
-        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`.
+        states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper, or the components
+            of a host; `samples` of each period, the last at its end.
+        contacts: the impacts that begin in the window, rows of dtype `records.IMPACT` or
+            `records.HOST_IMPACT`.
         period: n of nT, by recurrence of the section to a `tolerance`; 0 if no period of up to
             `longest` recurs.
         comb: n of the nT whose lines do not count as broadband.
-        spectrum: of the request's signal, over as many last periods as the comb divides.
+        spectra: of the request's signals, over as many last periods as the comb divides.
         violation: of the scene's limit, in the whole run; None without a limit.
         exponents: the Lyapunov spectrum from the last state on; None if no panel shows it.
     """
@@ -62,17 +73,22 @@ class View(Outlined):
     tolerance: float
     longest: int
     comb: int
-    spectrum: Spectrum
+    spectra: tuple[Spectrum, ...]
     violation: Violation | None = None
     exponents: LyapunovSpectrum | None = None
 
     @property
+    def spectrum(self) -> Spectrum:
+        """The spectrum of the first signal."""
+        return self.spectra[0]
+
+    @property
     def section(self) -> np.ndarray:
-        """The states at the whole forcing periods, shape (periods, 4)."""
+        """The states at the whole forcing periods, shape (periods, components)."""
         return self.section_at(0)
 
     def section_at(self, sample: int) -> np.ndarray:
-        """Return the states (periods, 4) at a sample of each period, 0 being its end, t = nT."""
+        """Return the states (periods, components) at a sample of each period, 0 its end t = nT."""
         return self.states[(sample - 1) % self.samples :: self.samples]
 
     @property
@@ -89,9 +105,10 @@ class View(Outlined):
         period = self.column.system.period
         last = self.contacts[self.touches > (self.column.window.end - self.cycle) * period]
         points = np.column_stack([2.0 * np.pi * (last["touch"] / period % 1.0), last["speed"]])
-        return {
-            name: points[last["wall"] == name] for name in self.column.system.scene.bodies_struck
-        }
+        struck = last["wall"]
+        if isinstance(self.column.system, HostSystem):
+            struck = np.char.add(last["damper"], struck)
+        return {name: points[struck == name] for name in self.column.system.scene.wall_words}
 
     @property
     def touches(self) -> np.ndarray:  # times [s]
@@ -105,23 +122,37 @@ class View(Outlined):
     @property
     def impacts(self) -> int:
         """Impacts k per nT, averaged over the whole cycles of the window; all impacts if n is 0."""
-        if not self.period:
-            return len(self.touches)
-        cycles = len(self.section) // self.period
-        first = (self.column.window.end - cycles * self.period) * self.column.system.period
-        return round(np.count_nonzero(self.touches > first) / cycles)
+        return sum(self.impacts_by_damper.values())
+
+    @property
+    def impacts_by_damper(self) -> Mapping[str, int]:
+        """The same by damper, if a host has several."""
+        last, cycles = self.contacts, 1
+        if self.period:
+            cycles = len(self.section) // self.period
+            first = (self.column.window.end - cycles * self.period) * self.column.system.period
+            last = last[self.touches > first]
+        names = self.column.system.scene.dampers
+        counts = {name: int(np.sum(last["damper"] == name)) for name in names}
+        return {name: round(k / cycles) for name, k in (counts or {"": len(last)}).items()}
 
     @property
     def label(self) -> str:
-        """The regime by recurrence alone: `3T,3`, or `undetermined`."""
-        return name_of(self.period, self.impacts) if self.period else "undetermined"
+        """The regime by recurrence alone: `3T,3`, of a host `2T,3 (2+1)`, or `undetermined`."""
+        if not self.period:
+            return "undetermined"
+        return name_of(self.period, self.impacts, *self.impacts_by_damper.values())
 
     @property
     def share(self) -> float | None:
-        """The broadband share of the spectrum, from 0 to 1; None if its periods are too few."""
-        if self.comb > self.spectrum.most_lines():
+        """The broadband share of the first spectrum."""
+        return self.share_of(self.spectrum)
+
+    def share_of(self, spectrum: Spectrum) -> float | None:
+        """Return the broadband share of a spectrum; None if its periods are too few."""
+        if self.comb > spectrum.most_lines():
             return None
-        return self.spectrum.broadband_share(self.comb)
+        return spectrum.broadband_share(self.comb)
 
     def lines(self) -> Iterator[str]:
         begin, end = self.column.window
@@ -142,19 +173,20 @@ class View(Outlined):
             times = f"{passed.number} time{'s' if passed.number > 1 else ''}"
             words = f"violated {times}, by up to {passed.depth:.4g} m, first at {passed.time:.6g} s"
             yield f"  limit of the scene, in the whole run: {words if passed.number else 'kept'}"
-        for name in ("E1", "E2"):
-            if name in signals_of(self.column.system.scene):
-                highest = SIGNALS[name].of(self.column.system, self.states).max()
+        for name, signal in histories_of(self.column.system).items():
+            if signal.unit == "J":
+                highest = signal.of(self.column.system, self.states).max()
                 yield f"  largest {name} of the samples: {highest:.6g} J"
-        spectrum, n = self.spectrum, self.comb
-        outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
-        share = "(too few periods to tell)" if self.share is None else f"{self.share:.2g}"
-        yield (
-            f"  spectrum of {spectrum.quantity}: {spectrum.periods} periods, {spectrum.window} "
-            f"window, resolution {spectrum.resolution:.4g} of the forcing frequency; {share} of "
-            f"its power outside {outside}, {POWER_SHARE:.0%} of its power in "
-            f"{spectrum.bins_holding(POWER_SHARE)} bins"
-        )
+        for spectrum in self.spectra:
+            n, share = self.comb, self.share_of(spectrum)
+            outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
+            words = "(too few periods to tell)" if share is None else f"{share:.2g}"
+            yield (
+                f"  spectrum of {spectrum.quantity}: {spectrum.periods} periods, "
+                f"{spectrum.window} window, resolution {spectrum.resolution:.4g} of the forcing "
+                f"frequency; {words} of its power outside {outside}, {POWER_SHARE:.0%} of its "
+                f"power in {spectrum.bins_holding(POWER_SHARE)} bins"
+            )
         if self.exponents is not None:
             words = "; ".join(f"{name} {value}" for name, value in self.exponents.outline())
             yield f"  Lyapunov {words}"
@@ -209,8 +241,14 @@ class Portrait(Drawable):
 def histories_in(view: ArchiveView) -> tuple[str, ...]:
     """Return the datasets over time in an open archive: time, the state, then all others."""
     names = [name for name in view.names if view.dims(name) == ("state",)]
-    first = [name for name in ("time", *view["component"]) if name in names]
+    system = view.request(PORTRAIT, load_portrait).columns[0].system
+    first = [name for name in ("time", *histories_of(system)) if name in names]
     return (*first, *(name for name in names if name not in first))
+
+
+def no_impacts(system: AnySystem, count: int = 0) -> np.ndarray:
+    """Return rows of zeros for so many impacts of a system."""
+    return np.zeros(count, HOST_IMPACT if isinstance(system, HostSystem) else IMPACT)
 
 
 def portrait_in(path: str | os.PathLike[str]) -> Portrait:
@@ -224,9 +262,10 @@ def portrait_in(path: str | os.PathLike[str]) -> Portrait:
 # ---- archives ------------------------------------------------------------------------------------
 
 _SPECTRUM = ("order", "amplitude", "power")
-_DERIVED = ("force", "E1", "E2")  # of the states
 _PASSAGES = ("passages", "first_passage", "deepest_passage")
 _IMPACTS = (
+    ("damper", "damper", "", "damper that strikes"),
+    ("wall", "wall", "", "what is struck; of a host the side of the damper's wall"),
     ("touch", "touch", "s", "time of the touch since the orbit began"),
     ("release", "release", "s", "time of the release"),
     ("speed", "speed", "m/s", "approach speed"),
@@ -279,9 +318,10 @@ def contents(
     """Return the dimensions of an archive of views, and its datasets with their values."""
     periods = [np.arange(w.begin + 1, w.end + 1) for w in (view.column.window for view in views)]
     impacts = np.concatenate([view.contacts for view in views])
-    components = request.columns[0].system.scene.components  # of all: they are of one kind
+    first = request.columns[0].system
+    components = first.scene.components  # of all: they are of one kind
     time = np.concatenate([view.time for view in views])
-    bins = sum(view.spectrum.order.size for view in views)
+    bins, several = sum(view.spectrum.order.size for view in views), len(request.signal) > 1
     scales = [
         Scale.counted("row", len(views), "column of the page", 1),
         Scale.counted("state", time.size, "number of the state", 1),
@@ -293,14 +333,21 @@ def contents(
     ]
     if impacts.size:
         scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
-    spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
-    # the components of the state over time, and the force and energies that follow
+    if several:
+        names = np.array(request.signal, dtype=object)
+        scales.append(Scale("signal", names, "1", "signal of a spectrum"))
+    words = f"of {'signals' if several else request.signal[0]}, {request.taper} window"
+    signals = dict.fromkeys(signal_of(first, name).unit for name in request.signal)
+    unit, squared = ", ".join(signals), ", ".join(f"({unit})^2" for unit in signals)
+    # the components of the state over time, and what follows from them
     histories = []
-    for name in signals_of(views[0].column.system.scene):
-        if name in (*components, *_DERIVED):
-            units, words, of = SIGNALS[name]
-            values = np.concatenate([of(view.column.system, view.states) for view in views])
-            histories.append((Dataset.real(name, ("state",), units, words), values))
+    displacements = displacements_of(first, request.of) if isinstance(first, HostSystem) else ()
+    tables = [histories_of(view.column.system, displacements) for view in views]
+    for name, signal in tables[0].items():
+        pairs = zip(tables, views, strict=True)
+        each_values = [table[name].of(view.column.system, view.states) for table, view in pairs]
+        dataset = Dataset.real(name, ("state",), signal.unit, signal.meaning)
+        histories.append((dataset, np.concatenate(each_values)))
     status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
     period = Dataset.whole("forcing_period", ("section_point",), "n of t = nT")
     section = Dataset.real("section", ("section_point", "component"), "m, m/s", "state at t = nT")
@@ -312,18 +359,26 @@ def contents(
         (period, np.concatenate(periods).astype(np.int32)),
         (section, np.concatenate([view.section for view in views])),
     ]
-    for name, units, words in (
+    for name, units, meaning in (
         ("order", "1", "frequency by that of the force"),
-        ("amplitude", unit, f"spectrum {spectrum}"),
-        ("power", f"({unit})^2", f"power {spectrum}"),
+        ("amplitude", unit, f"spectrum {words}"),
+        ("power", squared, f"power {words}"),
     ):
-        values = np.concatenate([getattr(view.spectrum, name) for view in views])
-        entries.append((Dataset.real(name, ("bin",), units, words), values))
-    if impacts.size:
-        wall = Dataset.text("wall", ("impact",), "what is struck")
-        entries.append((wall, impacts["wall"].astype(object)))
-        for name, dataset, units, words in _IMPACTS:
-            entries.append((Dataset.real(dataset, ("impact",), units, words), impacts[name].copy()))
+        each = [[getattr(one, name) for one in view.spectra] for view in views]
+        by_signal = np.concatenate(each, axis=-1)
+        if several and name != "order":
+            dataset = Dataset.real(name, ("signal", "bin"), units, meaning)
+            entries.append((dataset, by_signal))
+        else:
+            entries.append((Dataset.real(name, ("bin",), units, meaning), by_signal[0]))
+    for name, column, units, meaning in _IMPACTS if impacts.size else ():
+        if name in (impacts.dtype.names or ()):
+            if units:
+                values = impacts[name].copy()
+                entries.append((Dataset.real(column, ("impact",), units, meaning), values))
+            else:
+                values = impacts[name].astype(object)
+                entries.append((Dataset.text(column, ("impact",), meaning), values))
     spectra = [view.exponents for view in views]
     if some := next(filter(None, spectra), None):
         numbered = {"exponent": len(components), "exponent_period": len(some.times)}
@@ -341,11 +396,13 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     table = {entry.name: view[entry.name].tolist() for entry, _ in _ROW}
     if len(table["label"]) != len(request.columns):
         raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
-    impacts = np.empty(len(view["wall"]) if "wall" in view else 0, IMPACT)
-    for name, dataset in [("wall", "wall"), *(row[:2] for row in _IMPACTS)]:
-        if impacts.size:
+    system = request.columns[0].system
+    impacts = no_impacts(system, len(view["wall"]) if "wall" in view else 0)
+    for name, dataset, *_ in _IMPACTS:
+        if impacts.size and name in (impacts.dtype.names or ()):
             impacts[name] = view[dataset]
-    spectra = {name: view[name] for name in _SPECTRUM}
+    order, amplitude, power = (np.atleast_2d(view[name]) for name in _SPECTRUM)
+    histories = [*histories_of(system)][: len(system.scene.components)]
     time, at = view["time"], dict.fromkeys(("time", "impact", "order"), 0)
 
     def part(name: str, count: int) -> slice:
@@ -363,26 +420,31 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
             times = system.period * np.arange(1, len(running) + 1)
             if not np.isnan(running).all():
                 exponents = LyapunovSpectrum(running[-1], widths, times, running, float(divergence))
-        spectrum = Spectrum(
-            **{name: values[bins] for name, values in spectra.items()},
-            omega=system.parameters["omega"],
-            samples=request.samples,
-            periods=row["spectrum_periods"],
-            window=request.taper,
-            quantity=request.signal,
-            unit=SIGNALS[request.signal].unit,
-        )
+        each = [
+            Spectrum(
+                order[0, bins],
+                amplitude[k, bins],
+                power[k, bins],
+                omega=system.parameters["omega"],
+                samples=request.samples,
+                periods=row["spectrum_periods"],
+                window=request.taper,
+                quantity=name,
+                unit=signal_of(system, name).unit,
+            )
+            for k, name in enumerate(request.signal)
+        ]
         yield View(
             column,
             time[here],
-            states=np.column_stack([view[name][here] for name in system.scene.components]),
+            states=np.column_stack([view[name][here] for name in histories]),
             samples=request.samples,
             contacts=impacts[part("impact", row["impact_count"])],
             period=row["periodicity"],
             tolerance=row["recurs_within"],
             longest=row["longest_periodicity"],
             comb=row["comb"],
-            spectrum=spectrum,
+            spectra=tuple(each),
             violation=None if row["passages"] < 0 else Violation(*(row[n] for n in _PASSAGES)),
             exponents=exponents,
         )

@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +14,12 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
-from nlds_vines.orbits.records import IMPACT
+from nlds_vines.orbits.host_orbits import HostOrbit
+from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.simulation import Orbit, simulate
-from nlds_vines.orbits.spectrum import SIGNALS, Spectrum, spectrum_of
+from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
-from nlds_vines.portrait.result import View, contents
+from nlds_vines.portrait.result import View, contents, no_impacts
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.store import Blocks, Write
 
@@ -27,7 +29,7 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     how, began = RunOptions() if how is None else how, time.monotonic()
     if not request.is_of_one_kind:
         raise RequestError(
-            "columns of several kinds or laws stand in no request file, and in no archive; "
+            "columns of several kinds, laws or hosts stand in no request file, and in no archive; "
             "allowed: a page, by to=PICTURE"
         )
     store = Blocks(output, request)
@@ -63,8 +65,11 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     return [views[id(column)] for column in request.columns]
 
 
-def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False) -> Orbit:
-    system, (begin, end) = run[0].system, span(run)
+def followed(
+    request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False
+) -> Orbit | HostOrbit:
+    begin, end = span(run)
+    system: Any = run[0].system
     if request.cell is not None:
         return request.cell.traced(begin, end, request.samples, quiet=quiet)
     return simulate(
@@ -80,9 +85,10 @@ def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = F
     )
 
 
-def view_of_orbit(orbit: Orbit) -> View:
+def view_of_orbit(orbit: Orbit | HostOrbit) -> View:
     """Return all recorded periods of an orbit; without a trajectory, its states at t = nT."""
-    system, states, time, samples = orbit.system, orbit.trajectory, orbit.time, 1
+    system, samples = orbit.system, 1
+    states, time = orbit.trajectory, orbit.time
     if states is not None and time is not None and len(time):
         samples = round(system.period / (time[0] - orbit.transient * system.period))
     elif orbit.section is not None and len(orbit.section):
@@ -98,7 +104,7 @@ def view_of_orbit(orbit: Orbit) -> View:
     return _view(request, orbit, request.columns[0], samples)
 
 
-def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) -> View:
+def _view(request: PortraitRequest, orbit: Orbit | HostOrbit, column: Column, samples: int) -> View:
     """Return the window of an orbit, which has `samples` states a period, that a column shows."""
     assert orbit.trajectory is not None
     assert orbit.time is not None
@@ -108,21 +114,22 @@ def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) 
     states = orbit.trajectory[part]
     section = np.ascontiguousarray(states[samples - 1 :: samples])
     n = int(period_of(section, TOLERANCE))
-    impacts = np.empty(0, IMPACT)
+    impacts = no_impacts(system)
     if orbit.impacts is not None:
         first, last = (count * system.period for count in column.window)
         touches = orbit.impacts["touch"]
         impacts = orbit.impacts[(touches > first) & (touches <= last)]
-    comb, signal = request.comb or max(n, 1), SIGNALS[request.signal]
-    omega = system.parameters["omega"]
-    about = {"window": request.taper, "quantity": request.signal, "unit": signal.unit}
-    if samples > 1:  # of the last periods, as many as the comb divides
-        usable = len(states) - len(states) % (comb * samples)
-        values = signal.of(system, states[len(states) - usable :])
-        spectrum = spectrum_of(values, samples, omega, **about)
-    else:
-        none = np.empty(0)
-        spectrum = Spectrum(none, none, none, omega, samples, 0, **about)
+    comb, none = request.comb or max(n, 1), np.empty(0)
+    omega, spectra = system.parameters["omega"], []
+    for name in request.signal:
+        signal = signal_of(system, name)
+        about = {"window": request.taper, "quantity": name, "unit": signal.unit}
+        if samples > 1:  # of the last periods, as many as the comb divides
+            usable = len(states) - len(states) % (comb * samples)
+            values = signal.of(system, states[len(states) - usable :])
+            spectra.append(spectrum_of(values, samples, omega, **about))
+        else:
+            spectra.append(Spectrum(none, none, none, omega, samples, 0, **about))
     return View(
         column,
         orbit.time[part],
@@ -133,6 +140,6 @@ def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) 
         tolerance=TOLERANCE,
         longest=len(section) // REPEATS,
         comb=comb,
-        spectrum=spectrum,
-        violation=orbit.violation,
+        spectra=tuple(spectra),
+        violation=getattr(orbit, "violation", None),
     )

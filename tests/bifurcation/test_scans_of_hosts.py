@@ -153,8 +153,13 @@ def test_archives_hold_the_request_and_the_same_bits(tmp_path):
         assert (orbit.section == section[1, 1, lane]).all()
     data = first.to_xarray()
     assert data["impacts_by_wall"].sel(damper="b", wall="+").max() == 0
-    with pytest.raises(RequestError, match="no portrait"):
-        nv.orbit_portrait(first, at={"omega": 12.6, "a.gap": 0.008})
+    cell = {"at": {"omega": 12.6, "a.gap": 0.008}, "start": "down", "samples": 16}
+    nv.orbit_portrait(first, to=tmp_path / "cell.h5", panels=["relative"], quiet=True, **cell)
+    view = nv.open_archive(tmp_path / "cell.h5").views[0]
+    assert (view.section == section[1, 1, 1]).all()
+    traced = nv.simulate(view.column.system, 1, start=view.section[-2], samples=16,
+                         record=["trajectory"], quiet=True)  # fmt: skip
+    np.testing.assert_allclose(view.states[-16:], traced.trajectory, rtol=1e-9, atol=1e-12)
 
 
 def test_energies_and_responses_are_those_of_simulate(tmp_path):

@@ -16,7 +16,8 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
-from nlds_vines.portrait.picture import CROWDED, DEPTH, Place, make_page, rows_of, write_letters
+from nlds_vines.portrait.panels import CROWDED, DEPTH, Place
+from nlds_vines.portrait.picture import make_page, rows_of, write_letters
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import PANELS, Column, PortraitRequest, load_portrait
 from nlds_vines.portrait.run import views_of

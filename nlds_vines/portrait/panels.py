@@ -1,0 +1,589 @@
+"""The panels of a portrait: how each kind is drawn, of kinds and of hosts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from math import ceil
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from nlds_vines.model.host_system import Damper, HostSystem
+from nlds_vines.model.parameters import SIDES
+from nlds_vines.model.ratios import HZ
+from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
+from nlds_vines.orbits.signals import (
+    displaced,
+    energy_of_damper,
+    energy_of_structure,
+    has_force,
+    signal_of,
+)
+from nlds_vines.orbits.spectrum import Spectrum
+from nlds_vines.plotting.bands import drawable
+from nlds_vines.plotting.page import add_legend, size_of
+from nlds_vines.plotting.style import DOT, GRAY, GREEN, HUES, SHADES, power_of_ten, typeset
+from nlds_vines.portrait.request import (
+    EXPONENTS,
+    PLANES,
+    PortraitRequest,
+    along_ground,
+    displacements_of,
+    word_of,
+)
+from nlds_vines.portrait.result import View
+
+STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
+"""Colors of the bodies and the walls, near the paper's gray, black and red."""
+
+# of the harmonic force, of the damper's energy and of the stroboscopic section
+FORCE = ENERGY = SECTION = HUES["blue"]
+_WALL = {"color": OBSTACLE, "linewidth": 0.9}
+BOUNDARIES: Mapping[str, dict[str, Any]] = {
+    "obstacle": _WALL,
+    "structure": {**_WALL, "color": STRUCTURE},
+    "limit": {**_WALL, "linewidth": 0.8, "linestyle": (0, (4, 2))},
+    "stop": _WALL,
+    "second stop": {**_WALL, "linestyle": (0, (5, 1.5, 1, 1.5))},
+    "table": _WALL,
+    **dict.fromkeys(SIDES, _WALL),  # of the dampers of hosts
+}
+"""Lines of the walls and of the limit that the damper must not reach, by name."""
+
+# states beyond which a curve is an image in vector formats, too, and thinner in all
+MOST_VECTOR, MOST_THICK = 40_000, 8_000
+# the longest period n of an orbit whose moving boundaries are plain lines; others are thin lines
+# below the orbit, as the curves would hide each other
+LONGEST_PLAIN = 6
+
+MOST_PHASE_PERIODS = 160  # of a phase trajectory; more of a chaotic one blacken the plane
+
+# the panels whose horizontal axis is time
+OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
+# the panels that need states at t = nT alone
+OF_SECTIONS = {*OVER_TIME, "section", "section1", "impact-section"} - {"force"}
+
+# of a host: colors of its displacements, and of its dampers; signs of the walls by side
+_OF_DISPLACEMENTS = (STRUCTURE, GREEN, HUES["sky"], HUES["orange"], HUES["pink"])
+_OF_DAMPERS = (DAMPER, HUES["blue"], HUES["orange"], GREEN, HUES["pink"], HUES["sky"])
+_SIGNS, _MARKERS = {"+": "$+$", "-": "$-$"}, {"+": "o", "-": "^"}
+
+_IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}  # the raster engine draws long paths so
+_TIMES = 0.033  # intervals between ticks of time, per point of width
+_NUMBER, _NARROW = 33, 150  # points: width of a number; width below which labels are short
+_LINE = 0.8  # points, width of a curve
+CROWD = 2  # the most columns with headings of one line and full labels
+
+
+class Place(NamedTuple):
+    """A panel of a row; `alone` means that it has its own heading and scales."""
+
+    panel: str
+    view: View
+    axes: Axes
+    first: bool
+    last: bool
+    alone: bool = False
+
+    @property
+    def word(self) -> str:
+        """What the panel shows, of `PANELS`."""
+        return word_of(self.panel)
+
+    @property
+    def system(self) -> Any:
+        return self.view.column.system
+
+    @property
+    def scene(self) -> Any:
+        return self.system.scene
+
+
+def finish_panel(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
+    axes = place.axes
+    axes.tick_params(top=True, right=True)
+    if place.word != "shape":
+        axes.yaxis.set_major_locator(_ticks(5))
+    if place.word in OVER_TIME:
+        if axes.xaxis.get_major_ticks(1)[0].label1.get_visible():
+            words = "" if len(row) > CROWD else "time "
+            axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
+        begin, end = place.view.column.window
+        axes.set_xlim(begin, min(end, begin + request.show))
+        axes.xaxis.set_major_locator(_ticks(ceil(_TIMES * size_of(axes)[0]), integer=True))
+    if not (place.first or place.alone or place.word in PLANES):
+        axes.set_ylabel("")
+    # the legend of a row has every label once, as wide and opaque as a short curve
+    entries: dict[str, Line2D] = {}
+    for one in row if place.last else ():
+        line: Any
+        handles, labels = one.axes.get_legend_handles_labels()
+        for line, label in zip(handles, labels, strict=True):
+            if label not in entries:
+                entries[label] = entry = Line2D([], [])
+                entry.update_from(line)
+                entry.set(alpha=1.0, linewidth=max(line.get_linewidth(), _LINE), rasterized=False)
+                entry.set(markersize=max(line.get_markersize(), _LARGE), label=label)
+    if entries:
+        add_legend(axes, [*entries.values()], "right", handlelength=1.1)
+
+
+def _ticks(most: int, integer: bool = False) -> MaxNLocator:
+    return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
+
+
+def draw_panel(place: Place, request: PortraitRequest) -> None:
+    """Draw the curves of a panel into its axes."""
+    of_host = isinstance(place.system, HostSystem) and place.word in OVER_TIME
+    (_host_over_time if of_host else _PANELS[place.word])(place, request)
+
+
+def _plot(
+    place: Place, request: PortraitRequest, values: np.ndarray, color: str, label: str, **look: Any
+) -> None:
+    """Draw values over the time that is shown; without samples in between as dots."""
+    view = place.view
+    usual: dict[str, Any] = {"linewidth": _LINE}
+    if view.samples == 1:
+        usual = {**DOT, "markersize": _SMALL}
+    across = view.time[: len(values)] / place.system.period
+    place.axes.plot(across, values, **{**usual, "color": color, "label": label, **look})
+
+
+def _over_time(place: Place, request: PortraitRequest) -> None:
+    view, axes, system, scene = place.view, place.axes, place.system, place.scene
+    count = request.show * view.samples
+    time, states = view.time[:count], view.states[:count]
+    across = time / system.period
+
+    def draw(values: np.ndarray, color: str, label: str, **look: Any) -> None:
+        _plot(place, request, values, color, label, **look)
+
+    match place.panel:
+        case "displacement" | "velocity":
+            k, symbol = (0, "x") if place.panel == "displacement" else (1, r"\dot{x}")
+            axes.set_ylabel("displacement [m]" if k == 0 else "velocity [m/s]")
+            index = "_1" if "x1" in scene.components else ""
+            draw(states[:, k], STRUCTURE, f"${symbol}{index}$")
+            if scene.damper:
+                draw(states[:, k + 2], DAMPER, f"${symbol}_2$")
+            for name, u in _boundaries(place).items() if k == 0 else ():
+                look = {"label": _words(name), **BOUNDARIES[name]}
+                if scene.grounded:
+                    axes.axhline(u, **look)
+                elif name != "structure" and view.samples > 1:  # the structure is drawn as a body
+                    axes.plot(across, states[:, 0] + u, **look)
+        case "relative":
+            axes.set_ylabel("$x_2-x_1$ [m]")
+            draw(relative_displacement(system, states), DAMPER, "$x_2-x_1$")
+            for name, u in _boundaries(place).items():
+                axes.axhline(u, label=_words(name), **BOUNDARIES[name])
+        case "force":
+            axes.set_ylabel("force [kN]")
+            dashed = (0, (3, 1.5))
+            force = harmonic_force(system, time) / 1000
+            draw(force, FORCE, r"$P\,\cos\,\omega t$", linestyle=dashed)
+            forces = contact_forces(system, states)
+            for name, values in forces.items():
+                label = _words(name) if len(forces) > 1 else "contact"
+                draw(values / 1000, **{**BOUNDARIES[name], "label": label})
+        case bodies:
+            body = bodies.removeprefix("energy")
+            axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
+            if body != "2":
+                draw(energy_of_structure(system, states), GREEN, "$E_1$")
+            if body != "1" and scene.damper:
+                draw(energy_of_damper(system, states), ENERGY, "$E_2$")
+            axes.set_ylim(bottom=0)
+
+
+def _boundaries(place: Place) -> Mapping[str, float]:
+    """Return the places x2 - x1 [m] of the walls and of the limit, of a host r, by name."""
+    if isinstance(place.system, HostSystem):
+        walls = _damper_of(place).walls if place.word in ("relative", "phase2") else ()
+        return {wall.side: SIDES[wall.side] * wall.gap for wall in walls}
+    return {name: float(u) for name, u in place.scene.obstacle(place.system.parameters).items()}
+
+
+def _words(boundary: str) -> str:
+    words = {"stop": "stop $C$", "second stop": "stop $-C_2$", **dict.fromkeys(SIDES, "wall")}
+    return words.get(boundary, boundary)
+
+
+class Motion(NamedTuple):
+    """A displacement and its rate, the coordinates of a phase plane."""
+
+    of: Callable[[np.ndarray], np.ndarray]  # (count, 2) of states
+    color: str
+    word: str
+    symbols: tuple[str, str]  # in LaTeX, of both
+
+
+def _motions(place: Place, request: PortraitRequest) -> list[Motion]:
+    """Return what a phase plane or a section shows."""
+    system, word = place.system, place.word
+    if isinstance(system, HostSystem):
+        return [_motion_of_host(place, system, request)]
+    scene = place.scene
+    bodies = [0] if word in ("phase", "phase1", "section1") or not scene.damper else []
+    bodies += [1] if word in ("phase", "phase2", "section") and scene.damper else []
+    motions = []
+    for body in bodies:
+        color, name = (DAMPER, "damper") if body else (STRUCTURE, "structure")
+        if not body and scene.grounded:
+            name = scene.body
+        index = "_2" if body else "_1" if "x1" in scene.components else ""
+        symbols = f"$x{index}$", rf"$\dot{{x}}{index}$"
+        motions.append(Motion(partial(_body, body), color, name, symbols))
+    return motions
+
+
+def _body(body: int, states: np.ndarray) -> np.ndarray:
+    return states[:, 2 * body : 2 * body + 2]
+
+
+def _plane(place: Place, request: PortraitRequest) -> None:
+    """Draw phase trajectories of one cycle, their sections, and the walls.
+
+    Trajectories are thin if they are long, and images beyond `MOST_VECTOR` states.  In the plane of
+    the damper the walls move with the structure unless they stand on the ground.
+    """
+    view, axes, motions = place.view, place.axes, _motions(place, request)
+    # with the state before, so that the curve of a period closes
+    states = view.states[-(min(view.cycle, MOST_PHASE_PERIODS) * view.samples + 1) :]
+    is_long = len(states) > MOST_VECTOR
+    width, alpha = (0.25, 0.6) if is_long else (_LINE if len(states) < MOST_THICK else 0.4, 1.0)
+    for motion in motions:
+        with matplotlib.rc_context(_IN_PIECES):
+            axes.plot(
+                *motion.of(states).T, color=motion.color, linewidth=width,
+                alpha=alpha, rasterized=is_long, label=motion.word,
+            )  # fmt: skip
+    look: dict[str, Any] = {}
+    if not 0 < view.period <= LONGEST_PLAIN:
+        look = {"linewidth": 0.25, "alpha": 0.35, "zorder": 1}
+    for name, u in _boundaries(place).items():
+        if place.scene.grounded or isinstance(place.system, HostSystem):
+            axes.axvline(u, label=_words(name), **BOUNDARIES[name])
+        elif place.word != "phase1":
+            with matplotlib.rc_context(_IN_PIECES):
+                axes.plot(
+                    states[:, 0] + u, states[:, 1], label=_words(name),
+                    **{**BOUNDARIES[name], **look, "rasterized": is_long},
+                )  # fmt: skip
+    n = view.period
+    size = _LARGE if 0 < n < _FEW else _SMALL
+    for motion in motions:
+        points = motion.of(view.section[-n:]).T  # all where n is 0
+        axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
+    if place.word == "phase":
+        axes.set_xlabel("displacement [m]")
+        axes.set_ylabel("velocity [m/s]")
+    else:
+        _label_plane(axes, motions[0])
+
+
+def _label_plane(axes: Axes, motion: Motion) -> None:
+    x, v = motion.symbols
+    axes.set_xlabel(f"{x} [m]")
+    axes.set_ylabel(f"{v} [m/s]")
+    axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
+
+
+# ---- sections ------------------------------------------------------------------------------------
+
+
+CROWDED = 1500  # points beyond which colors show the density, as single points overlap
+_CELLS = 160  # along each side of the plane, in which points are counted
+_PALEST = 0.9  # of the color map, whose yellow end is too pale for dots
+_LARGE, _SMALL, _SMALLEST = 3.4, 1.7, 0.9  # points, sizes of few, more and many dots
+_FEW = 40  # the number of dots below which they are large
+
+
+def _section(place: Place, request: PortraitRequest) -> None:
+    """Draw the stroboscopic section of the damper or the structure at the phase in the request."""
+    view, (motion,) = place.view, _motions(place, request)
+    sample = round(request.section_phase * view.samples) % view.samples
+    points = motion.of(view.section_at(sample)[-view.period :])  # all where it is 0
+    label = rf"$\phi={sample / view.samples:.3g}$" if sample else "$t=nT$"  # phi in turns
+    _scatter(place.axes, points, SECTION, label)
+    place.axes.margins(0.06)
+    _label_plane(place.axes, motion)
+
+
+def _impact_section(place: Place, request: PortraitRequest) -> None:
+    """Draw the phase of the force and the approach speed of each touch, of one cycle if any."""
+    view, axes = place.view, place.axes
+    colors = _colors_of_walls(place)
+    for name, points in view.impact_section.items():
+        if len(points):
+            color, label, marker = colors[name]
+            _scatter(axes, points, color, label, is_shaded=False, marker=marker)
+    if not len(view.contacts):
+        axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
+    axes.set_xlim(0.0, 2.0 * np.pi)
+    axes.set_ylim(0.0, 1.08 * max(axes.dataLim.y1, 0.0) or 1.0)
+    axes.set_xlabel(r"phase at touch $\varphi$ [rad]")
+    axes.set_ylabel("approach speed [m/s]")
+
+
+def _scatter(
+    axes: Axes, points: np.ndarray, color: str, label: str, is_shaded: bool = True, **marks: Any
+) -> None:
+    many = len(points)
+    size = _LARGE if many < _FEW else _SMALL if many < CROWDED else _SMALLEST
+    if many < CROWDED or not is_shaded:
+        look = {"color": color, "markersize": size, "label": label, **DOT, **marks}
+        axes.plot(points[:, 0], points[:, 1], rasterized=many > CROWDED, **look)
+        return
+    # for each point the number of points in its cell of a grid over all points
+    low, span = points.min(axis=0), np.ptp(points, axis=0)
+    places = ((points - low) / np.where(span > 0, span, 1.0) * _CELLS).astype(int)
+    cells = np.minimum(places, _CELLS - 1) @ np.array([1, _CELLS])
+    near = np.bincount(cells)[cells]
+    order = np.argsort(near, kind="stable")  # dense ones on top
+    shades = colormaps[SHADES](np.linspace(0.0, _PALEST, 64))
+    shading = LinearSegmentedColormap.from_list("counts", shades)
+    axes.scatter(
+        points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=shading,
+        norm=LogNorm(1.0, max(2.0, float(near.max()))), linewidths=0, rasterized=True,
+    )  # fmt: skip
+    axes.plot([], [], color=shading(0.5), label=label, **DOT)
+
+
+# ---- spectra -------------------------------------------------------------------------------------
+
+
+DEPTH = 100.0  # the range of a spectrum, in decibels below the highest line of its row
+LEAST = 1.0e-4  # the relative amplitude above which a line must be visible
+SHORTEST, LONGEST = 4, 8  # the bounds of the highest frequency, in multiples of the force's
+FINE = 240  # periods above which the curve of a spectrum is thinner, as its bins are close
+ZERO = -400.0  # the decibels at which an amplitude of exactly zero is drawn
+
+
+def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
+    view, axes, several = place.view, place.axes, len(place.view.spectra) > 1
+    shades = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "sky")]
+    for i, spectrum in enumerate(view.spectra):
+        with np.errstate(divide="ignore"):
+            heights = np.maximum(spectrum.decibels(), ZERO)
+        look: dict[str, Any] = {"color": shades[i % len(shades)]}
+        look["linewidth"] = 0.5 if spectrum.periods <= FINE else 0.3
+        if several:
+            look["label"] = _symbol(place, spectrum)
+        axes.plot(spectrum.order[1:], heights[1:], **look)
+    omega, is_narrow = place.system.parameters["omega"], size_of(axes)[0] < _NARROW
+    ratio, force = r"$\Omega/\omega$", rf"$\omega$ = {omega:g} rad/s"
+    if request.frequency == HZ:
+        ratio, force = "$F/f$", f"$f$ = {omega / (2 * np.pi):g} Hz"
+    axes.set_xlabel(f"{ratio}, {force}" if is_narrow else f"frequency [multiples of {force}]")
+    units = dict.fromkeys(spectrum.unit for spectrum in view.spectra)
+    name = "amplitude" if several else _symbol(place, view.spectrum)
+    axes.set_ylabel(f"{name} [dB re 1 {', '.join(units)}]")
+    if several or (share := view.share) is None:
+        return
+    is_tiny = 0 < share < 5e-4
+    value = f"${power_of_ten(f'{share:.0e}')}$" if is_tiny else f"{share:.1%}"
+    lines = f"{view.comb if view.comb > 1 else ''}T lines:"
+    words = f"off {lines}\n{value}" if is_narrow else f"power outside {lines} {value}"
+    look = {"ha": "right", "va": "top", "fontsize": 7.5}
+    axes.text(0.985, 0.95, words, transform=axes.transAxes, **look)
+
+
+def _symbol(place: Place, spectrum: Spectrum) -> str:
+    """Return the modulus of a spectrum's quantity in LaTeX, with the owner's name."""
+    name = spectrum.quantity
+    if isinstance(place.system, HostSystem):
+        owner, _, key = name.rpartition(".")
+        owner, key = (owner, key) if owner else ("", name) if name == "E1" else (name, "x")
+        symbol = {"v": r"\dot{x}", "stroke": "r", "force": "F", "E1": "E_1", "E2": "E_2"}.get(
+            key, key
+        )
+        return f"$|{symbol}|$" + (f" of {typeset(owner)}" if owner else "")
+    plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
+    return f"$|{ {'force': 'F', 'u': 'x_2-x_1'}.get(name, plain) }|$"
+
+
+def limit_spectra(row: Sequence[Place]) -> None:
+    """Give the spectra of a row the same limits: `DEPTH` below the highest line, one end."""
+    spectra = [spectrum for place in row for spectrum in place.view.spectra]
+    highest = max(float(spectrum.decibels()[1:].max()) for spectrum in spectra)
+    if highest > ZERO:
+        row[0].axes.set_ylim(highest - DEPTH, highest + 0.2 * DEPTH)
+    end = SHORTEST
+    for spectrum in spectra:  # to the last line above LEAST
+        amplitude = spectrum.amplitude[1:]
+        strong = spectrum.order[1:][amplitude > LEAST * amplitude.max()]
+        end = max(end, ceil(strong[-1] + 0.2) if strong.size else 0)
+    for place in row:
+        place.axes.set_xlim(0, min(end, LONGEST))
+
+
+def _exponents(place: Place, request: PortraitRequest) -> None:
+    axes, spectrum = place.axes, place.view.exponents
+    if spectrum is None:
+        return
+    periods = np.arange(1, len(spectrum.times) + 1)
+    running = drawable(spectrum.running)
+    shades = (HUES["blue"], HUES["vermillion"], HUES["green"], HUES["gray"])
+    axes.axhline(0.0, color=GRAY, linewidth=0.5)
+    for i, (width, shade) in enumerate(zip(spectrum.widths, shades, strict=False)):
+        axes.plot(periods, running[:, i], color=shade, linewidth=_LINE, label=rf"$\lambda_{i + 1}$")
+        end = running[-1, i]
+        axes.fill_between(periods, end - width, end + width, color=shade, alpha=0.2, linewidth=0)
+    settled = running[len(running) // 20 :]
+    low, high = np.nanmin(settled, initial=0.0), np.nanmax(settled, initial=0.0)
+    room = 0.1 * (high - low)
+    axes.set_ylim(low - room, high + room)
+    axes.set_xscale("log")
+    axes.set_xlim(1, len(periods))
+    axes.set_xlabel("forcing periods after the window")
+    axes.set_ylabel("exponents [1/s]")
+
+
+# ---- hosts ---------------------------------------------------------------------------------------
+
+
+INSTANTS = 8  # of a period, whose shapes of a host are drawn
+_MOST_NAMES = 12  # degrees of freedom of a host whose names stand beside its shape
+
+
+def _damper_of(place: Place) -> Damper:
+    """Return the damper that a panel is of, the first if it names none."""
+    dampers = place.system.dampers
+    owner = place.panel.partition(":")[2]
+    return next((one for one in dampers if one.name == owner), dampers[0])
+
+
+def _color_of(place: Place, name: str, request: PortraitRequest) -> str:
+    """Return the color of a damper or a displacement of a host."""
+    dampers = [damper.name for damper in place.system.dampers]
+    if name in dampers:
+        return _OF_DAMPERS[dampers.index(name) % len(_OF_DAMPERS)]
+    names = [name for name in displacements_of(place.system, request.of) if name not in dampers]
+    return _OF_DISPLACEMENTS[names.index(name) % len(_OF_DISPLACEMENTS)]
+
+
+def _motion_of_host(place: Place, system: HostSystem, request: PortraitRequest) -> Motion:
+    if place.word in ("phase2", "section") and system.dampers:
+        damper = _damper_of(place)
+        name, symbols, word = damper.stroke, ("$r$", r"$\dot{r}$"), damper.name
+    else:
+        name = word = place.panel.partition(":")[2] or displacements_of(system, request.of)[0]
+        symbols = "$x$", r"$\dot{x}$"
+    row, _ = system.displacement(name)
+    x, v = (f"{symbol} of {typeset(word)}" for symbol in symbols)
+    color = _color_of(place, word, request)
+
+    def path(states: np.ndarray) -> np.ndarray:
+        return np.column_stack([displaced(row, states, part) for part in (0, 1)])
+
+    return Motion(path, color, typeset(word), (x, v))
+
+
+def _host_over_time(place: Place, request: PortraitRequest) -> None:
+    view, axes, system, word = place.view, place.axes, place.system, place.word
+    states = view.states[: request.show * view.samples]
+
+    def draw(signal: str, color: str, label: str, factor: float = 1.0) -> None:
+        values = factor * signal_of(system, signal).of(system, states)
+        _plot(place, request, values, color, label)
+
+    if word in ("displacement", "velocity"):
+        key, text = ("x", "displacement [m]") if word == "displacement" else ("v", "velocity [m/s]")
+        axes.set_ylabel(text)
+        for name in displacements_of(system, request.of):
+            draw(f"{name}.{key}", _color_of(place, name, request), typeset(name))
+    elif word == "relative":
+        damper = _damper_of(place)
+        axes.set_ylabel(f"$r$ of {typeset(damper.name)} [m]")
+        draw(f"{damper.name}.stroke", _color_of(place, damper.name, request), "$r$")
+        for name, r in _boundaries(place).items():
+            axes.axhline(r, label=_words(name), **BOUNDARIES[name])
+        own = view.contacts[view.contacts["damper"] == damper.name]
+        places = [_boundaries(place)[side] for side in own["wall"].tolist()]
+        look: dict[str, Any] = {"color": OBSTACLE, "markersize": _LARGE, "zorder": 5}
+        axes.plot(own["touch"] / system.period, places, label="touch", **look, **DOT)
+    elif word == "force":
+        axes.set_ylabel("contact force [kN]")
+        for damper in filter(has_force, system.dampers):
+            color = _color_of(place, damper.name, request)
+            draw(f"{damper.name}.force", color, typeset(damper.name), 1e-3)
+    else:
+        body = word.removeprefix("energy")
+        axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
+        if body != "2":
+            draw("E1", GREEN, "$E_1$")
+        masses = [damper.name for damper in system.dampers if damper.m is not None]
+        for name in masses if body != "1" else ():
+            label = "$E_2$" if len(masses) == 1 else f"$E_2$ of {typeset(name)}"
+            draw(f"{name}.E2", _color_of(place, name, request), label)
+        axes.set_ylim(bottom=0)
+
+
+def _shape(place: Place, request: PortraitRequest) -> None:
+    """Draw a host at instants of the last period, its largest displacements, and those of masses.
+
+    The degrees of freedom are those that the ground moves: no rotations of a beam.
+    """
+    view, axes, system = place.view, place.axes, place.system
+    dofs = along_ground(system)
+    states = view.states[-min(view.cycle, MOST_PHASE_PERIODS) * view.samples :]
+    levels, step = np.arange(len(dofs)), 0.05 * (len(dofs) - 1)
+    paths = np.stack([displaced(system.displacement(dof)[0], states, 0) for dof in dofs])
+    low, high = paths.min(axis=1), paths.max(axis=1)
+    axes.fill_betweenx(levels, low, high, color=GRAY, alpha=0.25, linewidth=0)
+    every = max(1, view.samples // INSTANTS)
+    for i, path in enumerate(paths[:, -view.samples :][:, ::-every].T):
+        axes.plot(path, levels, color=GRAY, linewidth=0.5, label="instants" if not i else None)
+    for ends in (low, high):
+        axes.plot(ends, levels, color=STRUCTURE, linewidth=1.4, label="largest")
+    axes.axvline(0.0, color=GRAY, linewidth=0.5, linestyle=":")
+    raised = dict.fromkeys(dofs, 0)  # the masses on each degree of freedom so far
+    for damper in system.dampers:
+        if damper.attached_to in raised:
+            raised[damper.attached_to] += 1
+            level = dofs.index(damper.attached_to) + step * raised[damper.attached_to]
+            path = displaced(system.displacement(damper.name)[0], states, 0)
+            color = _color_of(place, damper.name, request)
+            ends = [path.min(), path.max()]
+            axes.plot(ends, [level] * 2, color=color, linewidth=1.4, label=typeset(damper.name))
+    every = ceil(len(dofs) / _MOST_NAMES)
+    shown = levels[::-1][::every][::-1]
+    axes.set_yticks(shown, [typeset(dofs[i]) for i in shown])
+    axes.set_ylim(-2 * step, levels[-1] + (2 + max(raised.values())) * step)
+    axes.set_xlabel("displacement [m]")
+    axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
+
+
+def _colors_of_walls(place: Place) -> dict[str, tuple[str, str, str]]:
+    """Return color, words and marker of the touches at each wall, by its name."""
+    if not isinstance(place.system, HostSystem):
+        return {name: (BOUNDARIES[name]["color"], _words(name), "o") for name in BOUNDARIES}
+    dampers = [damper.name for damper in place.system.dampers]
+    return {
+        f"{name}{side}": (
+            _OF_DAMPERS[dampers.index(name) % len(_OF_DAMPERS)],
+            f"{typeset(name)} {_SIGNS[side]}",
+            _MARKERS[side],
+        )
+        for name, side in place.scene.of_walls
+    }
+
+
+_PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
+    **dict.fromkeys(OVER_TIME, _over_time),
+    **dict.fromkeys(("phase", "phase1", "phase2"), _plane),
+    **dict.fromkeys(("section", "section1"), _section),
+    "shape": _shape,
+    "impact-section": _impact_section,
+    "spectrum": _draw_spectrum,
+    EXPONENTS: _exponents,
+}

@@ -892,7 +892,7 @@ def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
 def _sequence(name: str, values: Any) -> tuple[Any, ...]:
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         raise RequestError(f"{name} = {shown(values)} must be a list")
-    return tuple(values)
+    return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
 
 
 def _repeated(value: Any, count: int) -> Any:

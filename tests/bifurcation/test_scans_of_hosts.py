@@ -162,6 +162,33 @@ def test_archives_hold_the_request_and_the_same_bits(tmp_path):
     np.testing.assert_allclose(view.states[-16:], traced.trajectory, rtol=1e-9, atol=1e-12)
 
 
+def test_a_map_goes_on_after_its_end_in_the_middle(tmp_path, monkeypatch):
+    """On another number of threads, from the blocks that were saved."""
+    axes = {"omega": {"values": [12.5, 12.6, 12.7]}, "a.gap": {"values": [0.008, 0.01]}}
+    how = {"vary": axes, "record": ["section", "impacts", "regime"], "quiet": True}
+    how["sampling"] = {**SPAN, "effort": "quick"}
+    whole = nv.scan(RIGID, to=tmp_path / "whole.h5", threads=2, **how)
+    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
+    block, computed_blocks = Computer.block, []
+
+    def dying(self, which):
+        computed_blocks.append(which.index)
+        if len(computed_blocks) == 3:
+            raise MemoryError
+        return block(self, which)
+
+    monkeypatch.setattr(Computer, "block", dying)
+    with pytest.raises(MemoryError):
+        nv.scan(RIGID, to=tmp_path / "part.h5", threads=1, **how)
+    assert not (tmp_path / "part.h5").exists()
+    part = nv.scan(RIGID, to=tmp_path / "part.h5", threads=1, resume=True, **how)
+    assert sorted(computed_blocks) == [0, 1, 2, 2, 3, 4, 5]
+    with whole.read() as one, part.read() as other:
+        assert one.names == other.names
+        for name in one.names:
+            np.testing.assert_array_equal(one[name], other[name], name)
+
+
 def test_energies_and_responses_are_those_of_simulate(tmp_path):
     want, of = ("impacts", "energy", "response"), ("roof", "roof-floor2", "a")
     scan = scan_of({"omega": [12.0, 12.6]}, want, of=of)

@@ -297,7 +297,7 @@ class OrbitFigures:
         dots: dict[str, Any] = {"line_color": None, "fill_color": wall, "size": 5}
         self.planes: list[tuple[int, Any]] = []
         for i, (curve, shade) in enumerate(drawn):
-            if curve.in_plane:
+            if curve.has_plane:
                 name = f"phase{len(self.planes) + 1}"
                 tools = "tap,pan,wheel_zoom,reset,save"
                 made = phase_plane(name, _PLANE, curve.symbols, tools=tools)

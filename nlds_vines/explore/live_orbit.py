@@ -13,16 +13,15 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.map_data import symbols_of
+from nlds_vines.explore.map_data import Curve, curves_of
 from nlds_vines.model.catalog import AnySystem, catalog
 from nlds_vines.model.host_system import HostScene, HostSystem
-from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.responses import contact_forces, harmonic_force
@@ -51,94 +50,11 @@ HISTORIES: Mapping[str, str] = {
 
 SAMPLES = 256  # states per period, about five in a contact; the list of impacts has the exact peak
 
-MOST_CURVES = 6  # the most displacements of a host, and the most dampers, that panels show
 MOST_PHASE_PERIODS = 24  # of a phase trajectory; more of a chaotic one would fill the plane
 HIGHEST = 12.0  # the highest frequency of the spectrum, in multiples of the forcing frequency
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line; smaller lines are round-off
 # the names of saved files
 PORTRAIT_FILE, SCAN_FILE, PICTURE_FILE = "portrait.toml", "part.toml", "portrait.png"
-
-
-class Curve(NamedTuple):
-    """A displacement w X along an orbit, and where panels show it.
-
-    Attributes:
-        names: the columns of the displacement and of its rate.
-        symbols: those of both, on axes.
-        words: in the legend.
-        row: w, of the displacements X of a state.
-        walls: their places [m].
-        is_apart: whether its history has a panel of its own.
-        in_plane: whether it has a phase plane.
-        moved: the place in the state that a click in its phase plane sets; None if it has none.
-    """
-
-    names: tuple[str, str]
-    symbols: tuple[str, str]
-    words: str
-    row: np.ndarray
-    walls: tuple[float, ...] = ()
-    is_apart: bool = False
-    in_plane: bool = True
-    moved: int | None = None
-
-    def of(self, states: np.ndarray, part: int = 0) -> np.ndarray:
-        """Return the displacement along states (..., components), or with `part` 1 its rate."""
-        total = np.zeros(states.shape[:-1])
-        for i in np.flatnonzero(self.row):
-            total += self.row[i] * states[..., 2 * i + part]
-        return total
-
-    def put(self, state: np.ndarray, place: Sequence[float]) -> np.ndarray:
-        """Return a state with another displacement and rate, by the component `moved` alone."""
-        if self.moved is None:
-            raise RequestError(f"{self.symbols[0]} is not of one component: no orbit begins there")
-        state = state.copy()
-        for part, value in enumerate(place):
-            state[self.moved + part] = 0.0
-            others = float(self.of(state, part))
-            state[self.moved + part] = (value - others) / self.row[self.moved // 2]
-        return state
-
-
-def curves_of(system: AnySystem, of: Sequence[str] = ()) -> list[Curve]:
-    """Return the displacements that the panels of a system show, those of its bodies first.
-
-    Of a host, these are the displacements `of`, by default those of the degrees of freedom that
-    dampers hang on, and r of each damper beside its walls.
-    """
-    if isinstance(system, HostSystem):
-        return _curves_of_host(system, of)
-    scene, rows = system.scene, np.eye(len(system.scene.components) // 2)
-    walls = tuple(map(float, scene.obstacle(system.parameters).values()))
-    curves = []
-    for i, (row, name, body) in enumerate(
-        zip(rows, scene.components[::2], (scene.body, "damper"), strict=False)
-    ):
-        symbols, names = symbols_of(name), (f"x{i + 1}", f"v{i + 1}")
-        words = f"{body} {symbols[0]}"
-        curves.append(Curve(names, symbols, words, row, walls * scene.grounded, moved=2 * i))
-    if scene.damper:
-        row = rows[1] - rows[0]
-        curves.append(Curve(("u", ""), ("x₂ − x₁", ""), "", row, walls, True, in_plane=False))
-    return curves
-
-
-def _curves_of_host(system: HostSystem, of: Sequence[str]) -> list[Curve]:
-    host, curves = system.host, []
-
-    def add(symbols: tuple[str, str], row: np.ndarray, **look: Any) -> None:
-        bodies = np.flatnonzero(row).tolist()  # or modes, which no click moves
-        is_body = bodies and (host.is_plain or bodies[-1] >= len(host.inertia))
-        moved = 2 * bodies[-1] if is_body else None
-        curves.append(Curve(symbols, symbols, symbols[0], row, moved=moved, **look))
-
-    for i, name in enumerate(system.displacements(of)[:MOST_CURVES]):
-        add(symbols_of(name), system.displacement(name)[0], in_plane=i == 0)
-    for damper, row in zip(system.dampers[:MOST_CURVES], system.rows(), strict=False):
-        walls = tuple(SIDES[wall.side] * wall.gap for wall in damper.walls)
-        add((f"r of {damper.name}", f"ṙ of {damper.name}"), row, walls=walls, is_apart=True)
-    return curves
 
 
 @dataclass(frozen=True)
@@ -279,7 +195,7 @@ def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays
     floor = _FLOOR * max(float(amplitude.max(initial=0.0)), 1e-300)
     states = states[-min(cycle, MOST_PHASE_PERIODS) * SAMPLES :]
     states = np.concatenate([states[:: max(1, len(states) // (6 * MOST_POINTS))], states[-1:]])
-    planes = [curve for curve in curves if curve.in_plane]
+    planes = [curve for curve in curves if curve.has_plane]
     panels = {
         f"phase{i}": {"x": curve.of(states), "v": curve.of(states, 1)}
         for i, curve in enumerate(planes, start=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,9 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, values_at
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR, QUANTITIES, TOUCHED, drawn_in
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
@@ -33,15 +35,9 @@ _OF_ORBITS = tuple(
     dict.fromkeys(one.name for one in QUANTITIES if one.single or not {*PARTS}.isdisjoint(one.dims))
 )
 TOUCHES = drawn_in(TOUCHED)  # the datasets with a number for each touch, which only diagrams show
-MOST_PLANES = 6  # the most phase planes of a host
+MOST_CURVES = 6  # the most displacements of a host, and the most dampers, that are shown
 
 _PLAIN = (*_OF_ORBITS, "capture", "status", "label", "multipliers", "orbit_point")
-
-
-def symbols_of(name: str) -> tuple[str, str]:
-    """Return the symbols of a displacement and of its rate: x₂ and ẋ₂, x of roof and ẋ of roof."""
-    symbol = COORDINATES[name][1] if name in COORDINATES else f"x of {name}"
-    return symbol, f"ẋ{symbol[1:]}"
 
 
 class Number(NamedTuple):
@@ -65,6 +61,89 @@ class Number(NamedTuple):
         """Return the numbers (...) in values of the dataset, NaN where there is none."""
         numbers = np.where(values == BY_NAME[self.dataset].fill, np.nan, values)[self.part]
         return np.asarray(numbers if self.part[-1] != slice(None) else numbers.sum(axis=-1))
+
+
+class Curve(NamedTuple):
+    """A displacement w X of the states of a system, and how it is shown.
+
+    Attributes:
+        names: of the displacement and of its rate; one without a rate has no phase plane.
+        symbols: of both, on axes.
+        words: in legends.
+        row: w, of the displacements X of a state.
+        walls: their places [m].
+        is_apart: whether its history has a panel of its own.
+        moved: the place in the state that a click in its phase plane sets; None if it has none.
+    """
+
+    names: tuple[str, str]
+    symbols: tuple[str, str]
+    words: str
+    row: np.ndarray
+    walls: tuple[float, ...] = ()
+    is_apart: bool = False
+    moved: int | None = None
+
+    @property
+    def has_plane(self) -> bool:
+        return bool(self.names[1])
+
+    def of(self, states: np.ndarray, part: int = 0) -> np.ndarray:
+        """Return the displacement along states (..., components), or with `part` 1 its rate."""
+        total = np.zeros(states.shape[:-1])
+        for i in np.flatnonzero(self.row):
+            total += self.row[i] * states[..., 2 * i + part]
+        return total
+
+    def put(self, state: np.ndarray, place: Sequence[float]) -> np.ndarray:
+        """Return a state with another displacement and rate, by the component `moved` alone."""
+        if self.moved is None:
+            raise RequestError(f"{self.symbols[0]} is not of one component: no orbit begins there")
+        state = state.copy()
+        for part, value in enumerate(place):
+            state[self.moved + part] = 0.0
+            others = float(self.of(state, part))
+            state[self.moved + part] = (value - others) / self.row[self.moved // 2]
+        return state
+
+
+def curves_of(system: AnySystem, of: Sequence[str] = ()) -> list[Curve]:
+    """Return the displacements that pages show of a system, those of its bodies first.
+
+    Of a host, these are the displacements `of`, by default those of the degrees of freedom that
+    dampers hang on, and r of each damper beside its walls.
+    """
+    if isinstance(system, HostSystem):
+        return _curves_of_host(system, of)
+    scene, rows = system.scene, np.eye(len(system.scene.components) // 2)
+    walls = tuple(map(float, scene.obstacle(system.parameters).values()))
+    curves = []
+    for i, (row, body) in enumerate(zip(rows, (scene.body, "damper"), strict=False)):
+        x, v = scene.components[2 * i : 2 * i + 2]
+        symbol = COORDINATES[x][1]
+        symbols, words = (symbol, f"ẋ{symbol[1:]}"), f"{body} {symbol}"
+        curves.append(Curve((x, v), symbols, words, row, walls * scene.grounded, moved=2 * i))
+    if scene.damper:
+        curves.append(Curve(("u", ""), ("x₂ − x₁", ""), "", rows[1] - rows[0], walls, True))
+    return curves
+
+
+def _curves_of_host(system: HostSystem, of: Sequence[str]) -> list[Curve]:
+    host, curves = system.host, []
+
+    def add(letters: str, name: str, row: np.ndarray, **look: Any) -> None:
+        bodies = np.flatnonzero(row).tolist()  # or modes, which no click moves
+        is_body = bodies and (host.is_plain or bodies[-1] >= len(host.inertia))
+        moved = 2 * bodies[-1] if is_body else None
+        symbol, rate = (f"{letter} of {name}" for letter in letters)
+        curves.append(Curve((symbol, rate), (symbol, rate), symbol, row, moved=moved, **look))
+
+    for name in system.displacements(of)[:MOST_CURVES]:
+        add("xẋ", name, system.displacement(name)[0])
+    for damper, row in zip(system.dampers[:MOST_CURVES], system.rows(), strict=False):
+        walls = tuple(SIDES[wall.side] * wall.gap for wall in damper.walls)
+        add("rṙ", damper.name, row, walls=walls, is_apart=True)
+    return curves
 
 
 @dataclass(eq=False)
@@ -148,17 +227,9 @@ class Stored:
         return numbers
 
     @cached_property
-    def planes(self) -> tuple[str, ...]:
-        """The displacements of the state whose phase planes are shown.
-
-        Of a host, those of its dampers and of what they hang on.
-        """
-        system: Any = self.scan.system
-        places = system.scene.components[::2]
-        if not isinstance(system, HostSystem):
-            return tuple(places)
-        names = (*system.displacements(), *(damper.name for damper in system.dampers))
-        return tuple(name for name in names if name in places)[:MOST_PLANES] or places[:1]
+    def planes(self) -> list[Curve]:
+        """The displacements with a phase plane."""
+        return [one for one in curves_of(self.scan.system, self.scan.of) if one.has_plane]
 
     def lanes(self, name: str) -> np.ndarray:
         """Return a dataset of shape (n, starts, ...), the n cells in C order."""

@@ -15,7 +15,7 @@ import numpy as np
 from bokeh.palettes import Viridis256
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE
-from nlds_vines.explore.map_data import TOUCHES, Stored, symbols_of
+from nlds_vines.explore.map_data import TOUCHES, Stored
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
 from nlds_vines.model.parameters import DESCRIBED
@@ -143,8 +143,8 @@ def shows_of(results: Stored) -> list[Show]:
         classes = ((UNKNOWN, CLEAR), *zip(words, palette.COUNTS, strict=False))
         shows.append(Show("capture", "response by impacts a period", "capture", classes=classes))
     if not is_map and "section" in results:
-        for name in scene.components[::2][::-1]:  # those of dampers first
-            title = f"displacement {symbols_of(name)[0]}, section at t = nT"
+        for curve in results.planes[::-1]:  # those of dampers first
+            title, (name, _) = f"displacement {curve.symbols[0]}, section t = nT", curve.names
             shows.append(Show(name, title, f"section {name}", unit="m", points=True))
     for name in () if is_map else filter(results.__contains__, TOUCHES):
         one = BY_NAME[name]
@@ -265,8 +265,8 @@ def diagram_values(results: Stored, show: Show) -> np.ndarray:
         return column(results, show.column)[..., np.newaxis]
     most = max(1, MOST_POINTS // results.scan.lanes)
     if show.column.startswith("section "):
-        place = results.scan.system.scene.components.index(show.name)
-        return results.lanes("section")[:, :, -most:, place]
+        (curve,) = (one for one in results.planes if one.names[0] == show.name)
+        return curve.of(results.lanes("section")[:, :, -most:])
     return results.lanes(show.column)[..., :most]
 
 

@@ -24,7 +24,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import figures, map_view
-from nlds_vines.explore.map_data import Stored, symbols_of
+from nlds_vines.explore.map_data import Curve, Stored
 from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
@@ -78,13 +78,13 @@ def report_page(
     }
     section, for_section = empty, max(room - sum(numbers.values()), int(_SECTION_SHARE * room))
     most = MOST_DOTS // results.scan.lanes if len(results.scan.axes) == 1 else POINTS[0]
+    states = section_points(results)
+    every = coded(states) if states.size else empty
     for count in POINTS:
-        states = section_points(results, min(count, max(1, most)))
-        if states.size and states.size < 50 * max(for_section, 0):
-            candidate = coded(states)
-            if _bytes(candidate.codes) <= for_section:
-                section = candidate
-                break
+        codes = every.codes[:, -min(count, max(1, most)) :]
+        if codes.size < 50 * max(for_section, 0) and _bytes(codes) <= for_section:
+            section = every._replace(codes=codes)
+            break
     room -= _bytes(section.codes)
     names = []
     for name, size in numbers.items():
@@ -99,27 +99,20 @@ def _bytes(values: np.ndarray) -> int:
     return len(gzip.compress(np.ascontiguousarray(values).tobytes(), 6)) * 4 // 3 + 200
 
 
-def section_points(results: Stored, count: int) -> np.ndarray:
-    """Return the last states of each section, or else the points of the periodic orbits, if any.
+def section_points(results: Stored) -> np.ndarray:
+    """Return the states of each section, or else the points of the periodic orbits, if any.
 
-    They have the `components_of` the results.
+    They have the displacement and the rate of each curve with a phase plane.
     """
     if "section" in results:
-        states = results.lanes("section")[:, :, -count:]
+        states = results.lanes("section")
     elif "orbit_point" in results:
         states = results.lanes("orbit_point")[:, :, np.newaxis]
     else:
         return np.empty((0, 0, 0))
-    components = results.scan.system.scene.components
-    states = states[..., [components.index(name) for name in components_of(results)]]
-    return states.reshape(-1, *states.shape[2:])
-
-
-def components_of(results: Stored) -> list[str]:
-    """Return the components of the state in the phase planes of a page."""
-    components = results.scan.system.scene.components
-    firsts = map(components.index, results.planes)
-    return [name for i in firsts for name in components[i : i + 2]]
+    parts = [curve.of(states, part) for curve in results.planes for part in (0, 1)]
+    values = np.stack(parts, axis=-1)
+    return values.reshape(-1, *values.shape[2:])
 
 
 def rounded(values: np.ndarray) -> np.ndarray:
@@ -150,7 +143,8 @@ def _page(
     results: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
     names: Sequence[str],
 ) -> Report:  # fmt: skip
-    points, components = section.codes.shape[1], components_of(results)
+    points = section.codes.shape[1]
+    components = [name for curve in results.planes for name in curve.names]
     shows = [
         show for show in map_view.shows_of(results)
         if (points and show.name in components if show.points else show.column in names)
@@ -163,11 +157,11 @@ def _page(
     lines = {} if branches is None else draw_branches(figure.main, branches, results)
     source, planes = ColumnDataSource({name: [] for name in components}, name="section"), []
     spans = section.step * _LAST / 10 if points else np.ones(len(components))
-    for i in range(0, len(components), 2):
-        x, v = components[i : i + 2]
-        plane = figures.phase_plane(f"plane {x}", 250, symbols_of(x))
+    for i, curve in enumerate(results.planes):
+        x, v = curve.names
+        plane = figures.phase_plane(f"plane {x}", 250, curve.symbols)
         plane.scatter(x, v, source=source, size=6, line_color=None, fill_color=figures.WALL)
-        for one, span in zip((plane.x_range, plane.y_range), spans[i : i + 2], strict=True):
+        for one, span in zip((plane.x_range, plane.y_range), spans[2 * i : 2 * i + 2], strict=True):
             one.default_span, one.range_padding = float(span), 0.2  # around a single point
         planes.append(plane)
     show = Select(title="show", value=shows[0].name, width=260, **figures.LOOK)
@@ -225,7 +219,7 @@ def _arguments(
     names: Sequence[str],
 ) -> dict[str, Any]:
     is_map, count = figure.is_map, len(results.starts)
-    components = components_of(results)
+    components = [name for curve in results.planes for name in curve.names]
     columns = {name: rounded(map_view.column(results, name)).ravel() for name in names}
     if "multipliers" in results:
         columns["multiplier"] = rounded(map_view.column(results, "multiplier")).ravel()
@@ -354,12 +348,13 @@ def special_table(result: Continued, results: Stored) -> Table:
 
 def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:
     """Draw a continuation; return its renderers by the quantity they belong to, "" for always."""
-    components, special = results.scan.system.scene.components, result.special_points
+    special = result.special_points
     places, along = map_view.places_of(results), result.request.along.name
     if len(places) == 1:
-        shows = components[::2]
+        shows = {curve.names[0]: curve for curve in results.planes}
         return {
-            show: _draw_values(figure, result, show, places[0]) for show in (*shows, *_ENERGIES)
+            show: _draw_values(figure, result, show, shows.get(show), places[0])
+            for show in (*shows, *_ENERGIES)
         }
     axes = [axis.name for axis in results.scan.axes]
     if not result.curves:
@@ -389,15 +384,16 @@ def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, 
     return {"": drawn}
 
 
-def _draw_values(figure: Any, result: Continued, show: str, places: map_view.Places) -> list[Any]:
-    """Draw a quantity of all branches over their parameter, solid where they are stable."""
-    components = result.request.system.scene.components
+def _draw_values(
+    figure: Any, result: Continued, energy: str, curve: Curve | None, places: map_view.Places
+) -> list[Any]:
+    """Draw a curve, or else an energy, of all branches; solid where they are stable."""
 
     def values(branch: Branch) -> np.ndarray:
         """Return the quantity along a branch, shape (periods, points)."""
-        if show in _ENERGIES:
-            return np.atleast_2d(branch.E1max if show == "E1max" else branch.E2max)
-        return branch.sections[:, :, components.index(show)].T
+        if curve is None:
+            return np.atleast_2d(getattr(branch, energy))
+        return curve.of(branch.sections).T
 
     drawn = []
     for stable, dash in ((True, "solid"), (False, (5, 3))):

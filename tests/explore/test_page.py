@@ -184,7 +184,7 @@ def test_a_map_of_starts_is_clicked_slid_along_computed_finer_and_saved(small_ba
     page.sliders["x_0"][2].value = 0.925
     seen.settle()
     assert "from the start of the sliders" in page.verdict.text
-    first = lambda: page.panels.sources["history"].data["x1"][0]  # noqa: E731
+    first = lambda: page.panels.sources["history"].data["x"][0]  # noqa: E731
     assert first() == pytest.approx(0.925, abs=0.01)
     assert "--start=0.925,0.0 " in page.files.text
     assert "--set P=0.6" in page.files.text

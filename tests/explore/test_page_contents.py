@@ -83,7 +83,7 @@ def test_a_long_section_keeps_its_last_states_and_without_one_the_orbit_s_point_
     section = archive.arrays["section"]
     np.testing.assert_array_equal(stored(small_map).arrays["section"], section[..., -5:, :])
     arrays = {n: v for n, v in archive.arrays.items() if n != "section"}
-    points = section_points(type(archive)(archive.scan, arrays), 12)
+    points = section_points(type(archive)(archive.scan, arrays))
     np.testing.assert_array_equal(points[:, 0], archive.lanes("orbit_point").reshape(-1, 4))
 
 

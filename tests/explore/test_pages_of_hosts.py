@@ -12,10 +12,10 @@ from test_page import Seen
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.explore import map_view
-from nlds_vines.explore.live_orbit import SAMPLES, curves_of, live_orbit
-from nlds_vines.explore.map_data import stored
+from nlds_vines.explore.live_orbit import SAMPLES, live_orbit
+from nlds_vines.explore.map_data import curves_of, stored
 from nlds_vines.explore.page_state import Opened, sliders_of
-from nlds_vines.explore.report_page import components_of, section_points
+from nlds_vines.explore.report_page import section_points
 
 pytestmark = pytest.mark.kernels  # they follow orbits of hosts
 
@@ -38,10 +38,13 @@ def test_a_number_of_each_damper_and_displacement_is_shown():
     np.testing.assert_array_equal(
         map_view.column(results, "x_max:x2-x1").ravel(), arrays["x_max"][..., 1].ravel().astype("f")
     )
-    # a report has the phase planes of the dampers and of what they hang on
-    assert components_of(results) == ["x2", "v_x2", "a", "v_a", "b", "v_b"]
-    states = arrays["section"][..., 2:].reshape(6 * 2, -1, 6)
-    np.testing.assert_array_equal(section_points(results, 1000), states)
+    # a report has the phase planes of displacements and of r of each damper
+    names = [curve.names[0] for curve in results.planes]
+    assert names == ["x of x2", "x of x2-x1", "r of a", "r of b"]
+    states = arrays["section"].reshape(6 * 2, -1, 8)
+    points = section_points(results)
+    for place, expected in ((1, states[..., 3]), (5, states[..., 3] - states[..., 5])):
+        np.testing.assert_array_equal(points[..., place], expected)
 
 
 def test_every_cell_live_has_the_bits_of_simulate_and_the_label_of_the_archive(archive):
@@ -77,7 +80,7 @@ def test_clicks_sliders_planes_and_parts(archive, tmp_path):
     assert [line.location for line in page.panels.walls[2]] == [at["a.gap"], -at["a.gap"]]
     # a click in the plane of r moves the damper alone
     before = page.orbit.orbit.trajectory[-1]
-    seen.event(page.panels.planes[1][1], Tap, x=0.004, y=-0.25)
+    seen.event(page.panels.planes[2][1], Tap, x=0.004, y=-0.25)
     seen.settle()
     state = np.array(page.chosen.begin.state)
     assert state[2] - state[4] == pytest.approx(0.004, abs=1e-15)

@@ -75,7 +75,7 @@ def compare(system, start, periods):
     """Compare all that both methods note; return the orbit by the exact one."""
     options = {"start": start, "record": WALLED, "samples": 4}
     exact = simulate(system, periods, contact_steps=60.0, nodes=20, **options)
-    steps = simulate(system, periods, method="rk4", period_steps=2048.0, **options)
+    steps = simulate(system, periods, method="rk4", period_steps=1024.0, **options)
     np.testing.assert_array_equal(exact.time, steps.time)
     assert_near(exact.trajectory, steps.trajectory, np.abs(exact.trajectory).max())
     np.testing.assert_array_equal(exact.section, exact.trajectory[3::4])

@@ -262,7 +262,16 @@ class Scan(Request):
                 f"state {', '.join(components)}"
             )
         if scene.kind == HOST:
-            self._refuse_for_hosts()
+            system: Any = self.system
+            object.__setattr__(self, "of", system.displacements(list(self.of), self.want))
+            choice("method of a host", self.method, solver_settings.METHODS[:1])
+            if start.phase:
+                raise RequestError("phase: orbits of hosts begin at phase 0")
+            if self.nodes is not None:
+                raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
+            ends = [axis.values[[0, -1]].tolist() for axis in self.axes if self.sampled is None]
+            for corner in product(*ends):  # walls must not overlap
+                system.with_(**dict(zip(names, corner, strict=False)))
         elif self.of:
             raise RequestError(f"of = {shown(list(self.of))} is for the response of a host")
         if PHASE in names and start.phase:
@@ -305,18 +314,6 @@ class Scan(Request):
             raise RequestError(
                 f"the scan has {sides}{words}, {self.lanes} orbits; allowed: up to {MOST_LANES}"
             )
-
-    def _refuse_for_hosts(self) -> None:
-        system: Any = self.system
-        object.__setattr__(self, "of", system.displacements(list(self.of), self.want))
-        choice("method of a host", self.method, solver_settings.METHODS[:1])
-        if self.start.phase:
-            raise RequestError("phase: orbits of hosts begin at phase 0")
-        if self.nodes is not None:
-            raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
-        ends = [axis.values[[0, -1]].tolist() for axis in self.axes if self.sampled is None]
-        for corner in product(*ends):  # walls must not overlap
-            system.with_(**dict(zip(self.varied, corner, strict=False)))
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         """Return the cells of the grid for kernels, constant along axes of initial conditions."""

@@ -118,10 +118,6 @@ _ORDER = (
 _walls, _damper = attrgetter("walls"), attrgetter("damper")
 
 
-def _one_damper(scene: Scene) -> bool:
-    return scene.damper and not scene.dampers
-
-
 def _of_kind(scene: Scene) -> bool:
     """Return True for one structure with one damper or none, False for a host."""
     return scene.kind != HOST
@@ -145,7 +141,8 @@ def _energies(kind: str, word: str, which: str, **options: Any) -> Iterator[Quan
         words = f"{which} of the {body}'s energy E{i + 1}{{frame}}, equation (6)"
         yield Quantity(
             f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
-            _one_damper if i else lambda scene: True, buffer=word, column=i, **options,
+            (lambda scene: scene.damper and not scene.dampers) if i else lambda scene: True,
+            buffer=word, column=i, **options,
         )  # fmt: skip
 
 

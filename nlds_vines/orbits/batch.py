@@ -27,9 +27,9 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
-from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE, Settings
+from nlds_vines.orbits.solver_settings import EFFORTS, Settings
 from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
-from nlds_vines.orbits.starts import random_states, user_states
+from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -435,45 +435,6 @@ class Outcome(NamedTuple):
     def inadmissible(self) -> np.ndarray:
         """Whether an orbit failed, or broke the constraint of scenes b and c."""
         return (self.status != codes.OK) | ~np.isfinite(self.objective) | (self.violations > 0)
-
-
-class Batch:
-    """Runs the designs of a tuning for an objective of `responses.objectives_of`."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        tell: Tell | None = None,
-        tolerance: float = TOLERANCE,
-        objective: str = "E1max",
-    ) -> None:
-        self._scene, self._objective = scene, objective
-        response = () if objective in responses.ENERGIES else ("response",)
-        settings = Settings.of(METHOD, tolerance)
-        wanted = Wanted(scene, ("energy", COUNTED, *response), METHOD, "quick", settings)
-        self._kernels = Kernels(wanted, tell, helped=False)
-
-    def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
-        """Run one orbit for each of the cells (...) from `starts` (..., 4), zeros for rest."""
-        shape, sweeps = cells.shape, np.ascontiguousarray(cells.reshape(-1, 1))
-        outputs = self._kernels.run(sweeps, starts.reshape(-1, 4), transient, periods)
-        energy, response, violation = (
-            getattr(outputs.buffers, name) for name in ("energy", "response", "violation")
-        )
-        objective = energy[..., int(self._objective == "E2max")]
-        if response is not None:
-            values = responses.arrays_of(response, self._scene, sweeps)[self._objective]
-            objective = values if values.ndim == 2 else values.max(axis=-1)
-        broken = np.zeros(shape) if violation is None else violation[..., 2].reshape(shape)
-        rate = outputs.by_wall.sum(axis=-1).reshape(shape) / periods
-        return Outcome(
-            objective.reshape(shape), energy[..., 1].reshape(shape),
-            outputs.status.reshape(shape), broken, rate if self._scene.walls else None,
-        )  # fmt: skip
-
-    def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
-        """Return starts (..., draws, 4) of the cells (...), of draws from [-1, 1)."""
-        return random_states(cells, draws, self._scene)
 
 
 # ---- starts at a phase of the force ----

@@ -9,11 +9,13 @@ import numpy as np
 
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL
-from nlds_vines.kernels.orbit.repetition import TOLERANCE, impacts_of, period_of
+from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURRENCE
+from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.system import System
+from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import (
     COUNTED,
     METHOD,
@@ -33,8 +35,8 @@ from nlds_vines.orbits.host_orbits import (
 )
 from nlds_vines.orbits.records import JUDGED
 from nlds_vines.orbits.responses import OF_ROWS
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start, start_states
+from nlds_vines.orbits.solver_settings import TOLERANCE, Settings
+from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Tell
 
@@ -154,44 +156,56 @@ class HostKernels:
             buffers.counts[place][:-1] = by_period.sum(axis=0)
             buffers.counts[place][-1] = np.count_nonzero(by_period.sum(axis=1) == 2)
         if buffers.cycle is not None:
-            n = period_of(orbits.states(section), TOLERANCE)
+            n = period_of(orbits.states(section), RECURRENCE)
             by_wall = [impacts_of(by_period, wall, n) for wall in range(orbits.walls.number)]
             buffers.cycle[place] = [n, *by_wall]
         return code, orbits.states(state)
 
 
-class HostBatch:
-    """Runs the designs of a host's tuning for an objective of `responses.host_objectives`."""
+class Batch:
+    """Runs the designs of a tuning of a kind or a host for an objective of `responses`."""
 
     def __init__(
-        self, system: HostSystem, tolerance: float, objective: str, tell: Tell | None = None
+        self,
+        system: System | HostSystem,
+        objective: str = "E1max",
+        tolerance: float = TOLERANCE,
+        tell: Tell | None = None,
     ) -> None:
         self._system = system
-        row, _, self._quantity = objective.rpartition(".")
-        want = ("energy", COUNTED, *(("response",) if row else ()))
+        row, _, self._objective = objective.rpartition(".")
+        response = () if objective in responses.ENERGIES else ("response",)
         settings = Settings.of(METHOD, tolerance)
-        wanted = Wanted(system.scene, want, METHOD, "quick", settings)
-        self._kernels = HostKernels(system, wanted, tell, (row,) if row else ())
+        wanted = Wanted(system.scene, ("energy", COUNTED, *response), METHOD, "quick", settings)
+        of = (row,) if row else ()
+        self._kernels = kernels_for(system, wanted, tell, of=of, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one orbit for each of the cells (...) from `starts` (..., components)."""
-        shape = cells.shape
-        outputs = self._kernels.run(
-            cells.reshape(-1, 1), starts.reshape(cells.size, -1), transient, periods
+        shape, sweeps = cells.shape, np.ascontiguousarray(cells.reshape(-1, 1))
+        outputs = self._kernels.run(sweeps, starts.reshape(cells.size, -1), transient, periods)
+        energy, response, violation = (
+            getattr(outputs.buffers, name) for name in ("energy", "response", "violation")
         )
-        energy, response = outputs.buffers.energy[:, 0], outputs.buffers.response
-        E2max = energy[:, 1:].max(axis=1)
-        values = {"E1max": energy[:, 0], "E2max": E2max}
-        if response is not None:
-            values |= dict(zip(OF_ROWS, response[:, 0, 0].T, strict=True))
+        E2max = energy[..., 1:].max(axis=-1)  # of all dampers
+        values = {"E1max": energy[..., 0], "E2max": E2max}
+        if response is not None and isinstance(self._system, HostSystem):
+            values |= dict(zip(OF_ROWS, np.moveaxis(response[:, :, 0], -1, 0), strict=True))
+        elif response is not None:
+            values |= responses.arrays_of(response, self._system.scene, sweeps)
+        objective = values[self._objective]
+        objective = objective if objective.ndim == 2 else objective.max(axis=-1)
+        broken = np.zeros(shape) if violation is None else violation[..., 2].reshape(shape)
         rate = outputs.by_wall.sum(axis=-1).reshape(shape) / periods
         return Outcome(
-            values[self._quantity].reshape(shape), E2max.reshape(shape),
-            outputs.status.reshape(shape), np.zeros(shape), rate,
+            objective.reshape(shape), E2max.reshape(shape), outputs.status.reshape(shape), broken,
+            rate if self._system.scene.walls else None,
         )  # fmt: skip
 
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         """Return starts (..., draws, components) of the cells (...), of draws from [-1, 1)."""
+        if not isinstance(self._system, HostSystem):
+            return random_states(cells, draws, self._system.scene)
         states = [
             [HostOrbits(in_cell(self._system, cell)).random_state(draw) for draw in draws]
             for cell in cells.ravel()

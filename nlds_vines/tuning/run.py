@@ -18,8 +18,8 @@ from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
-from nlds_vines.orbits.batch import Batch, Outcome
-from nlds_vines.orbits.host_batch import HostBatch
+from nlds_vines.orbits.batch import Outcome
+from nlds_vines.orbits.host_batch import Batch
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
@@ -244,14 +244,12 @@ class Objective:
         self._noise = np.arange(draws + 1)
         self._noise[1:] += tuning.draws * fresh
         self._places = places_of(tuning.uncertain, draws, seed)
-        self._batch: Batch | HostBatch | None = None
+        self._batch: Batch | None = None
         system, objective, size = tuning.system, tuning.search.objective, 4
         if isinstance(system, HostSystem):
             size = len(system.scene.components)
-        if tuning.history is None and isinstance(system, HostSystem):
-            self._batch = HostBatch(system, float(tuning.tolerance), objective, tell)
-        elif tuning.history is None:
-            self._batch = Batch(system.scene, tell, float(tuning.tolerance), objective)
+        if tuning.history is None:
+            self._batch = Batch(system, objective, float(tuning.tolerance), tell)
         generator = np.random.default_rng(tuning.search.seed)
         self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, size))
 

@@ -9,7 +9,7 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits import batch
+from nlds_vines.orbits.host_batch import Batch
 from nlds_vines.orbits.solver_settings import TOLERANCES, Settings
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.tuning.request import load_tuning
@@ -111,7 +111,7 @@ def test_scans_simulations_and_batches_take_it_alike():
         np.testing.assert_array_equal(orbit.section, section(tolerance=value)[0, 0])
     energies = []
     for value in TOLERANCES.values():
-        arrays = batch.Batch(SYSTEM.scene, tolerance=value).run(SYSTEM.cells(), np.zeros(4), 2, 3)
+        arrays = Batch(SYSTEM, tolerance=value).run(SYSTEM.cells(), np.zeros(4), 2, 3)
         orbit = nv.simulate(SYSTEM, 3, transient=2, tolerance=value, record=["energy"])
         assert arrays.objective == orbit.E1max
         energies.append(orbit.E1max)

@@ -5,7 +5,7 @@ import pytest
 from support import references, system_of
 
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.batch import Batch
+from nlds_vines.orbits.host_batch import Batch
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.simulation import simulate
 from scans import computed, scan_of
@@ -60,7 +60,7 @@ def largest_energies(name, omegas, transient=400, periods=120, starts=None):
     system = load_system(name)
     cells = system.cells({"omega": np.asarray(omegas, float)})
     starts = np.zeros((len(cells), 4)) if starts is None else starts
-    arrays = Batch(system.scene).run(cells, starts, transient, periods)
+    arrays = Batch(system).run(cells, starts, transient, periods)
     assert (arrays.status == OK).all()
     return arrays.objective
 

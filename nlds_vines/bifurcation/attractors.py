@@ -272,7 +272,6 @@ class Numbering:
         return neighbors
 
     def give(self, attractors: Sequence[Attractor]) -> None:
-        """Number the attractors of the next system."""
         beside = self._beside()
         earlier = {k: attractor for k, attractor in self._last.items() if k not in beside}
         numbers, left = dict[int, Attractor](), list(attractors)

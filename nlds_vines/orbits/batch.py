@@ -250,7 +250,6 @@ class Layout(NamedTuple):
 
 
 def layout_of(size: int) -> Layout:
-    """Return the layout of a row of one structure with states of `size` numbers."""
     return Layout(size, 4, slice(codes.NEAR_IMPACTS, codes.FAR_IMPACTS + 1))
 
 

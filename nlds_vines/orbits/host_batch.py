@@ -70,7 +70,6 @@ class HostKernels:
         tell: Tell | None = None,
         of: tuple[str, ...] = (),
     ) -> None:
-        """Prepare the kernels; the response is recorded of the displacements `of`."""
         self._system, self._wanted, self._tell, self._of = system, wanted, tell, of
         self.records = bool(wanted.want)
 
@@ -91,7 +90,6 @@ class HostKernels:
         return outputs
 
     def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
         assert outputs.evidence is not None
         counts = outputs.by_wall[..., : self._wanted.scene.counted_walls]
         arguments = outputs.status, outputs.evidence, counts, cells["omega"]

@@ -417,7 +417,6 @@ class Beginning(NamedTuple):
         return Orbit(system, np.array(last), **results, transient=transient)
 
     def after(self, periods: int, *, quiet: bool = True) -> Beginning:
-        """Return the beginning at the state after so many periods."""
         state, limit = self.state.copy(), self.system.scene.limit
         cell = CellBuffers(violation=None if limit is None else np.zeros(3))
         self._run((), cell, state, Span(periods, 0, 1), quiet)

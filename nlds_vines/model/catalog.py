@@ -106,9 +106,9 @@ def any_system(
             return system.with_(**table("set", document.get("set", {})))
 
 
-def as_system(source: AnySystem | str | os.PathLike[str], *, needs_force: bool = True) -> System:
+def as_system(source: AnySystem | str | os.PathLike[str]) -> System:
     """Return `any_system`; refuse a host."""
-    return without_hosts(any_system(source, needs_force=needs_force))
+    return without_hosts(any_system(source))
 
 
 def without_hosts(system: AnySystem) -> System:

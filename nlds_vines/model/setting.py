@@ -416,10 +416,10 @@ class Merged:
         with at(self.origin("samples")):
             return samples_of(self.document["samples"])
 
-    def system(self, default: str | None = None, *, needs_force: bool = True) -> System:
-        """Return the system that the uppermost layer names, without [set]; refuse a host."""
+    def system(self) -> System:
+        """Return `any_system`; refuse a host."""
         with at(self.origin("system")):
-            return without_hosts(self.any_system(default, needs_force=needs_force))
+            return without_hosts(self.any_system())
 
     def any_system(self, default: str | None = None, *, needs_force: bool = True) -> AnySystem:
         """Return the system that the uppermost layer names, without [set]."""

@@ -345,11 +345,6 @@ class Tuning(Request):
         chosen = product(*self.places.values())
         return [dict(zip(names, one, strict=True)) for one in chosen]
 
-    def with_layouts(self) -> list[Tuning]:
-        """Return the tuning with the system of each layout; none without places."""
-        layouts = self.layouts if self.places else []
-        return [replace(self, system=self.system.with_(**one), places={}) for one in layouts]
-
     @property
     def layouts_in_words(self) -> list[str]:
         """The layouts, as cell1 on roof, cell2 on floor1."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import ceil
 from pathlib import Path
 
@@ -236,7 +237,9 @@ class Objective:
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None, *, fresh: bool = False) -> None:
         self._tuning, self._tell = tuning, tell
-        self._placed = [Objective(one, tell, fresh=fresh) for one in tuning.with_layouts()]
+        placed = (tuning.system.with_(**one) for one in tuning.layouts if tuning.places)
+        tunings = [replace(tuning, system=system, places={}) for system in placed]
+        self._placed = [Objective(one, tell, fresh=fresh) for one in tunings]
         self._cases = tuning.cases()
         draws, seed = tuning.draws, tuning.search.seed
         if fresh:

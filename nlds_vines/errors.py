@@ -210,6 +210,13 @@ def checked_words(
     return tuple(chosen)
 
 
+def checked_names(what: str, value: object) -> tuple[str, ...]:
+    """Return the different names of a list."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise RequestError(f"{what} = {shown(value)} must be a list of names")
+    return tuple(dict.fromkeys(string(what, one) for one in value))
+
+
 def checked_state(value: object) -> tuple[float, ...]:
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RequestError(f"state = {shown(value)} must be a list of numbers")

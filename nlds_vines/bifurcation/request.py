@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from math import prod
 from typing import Any, ClassVar
@@ -21,7 +21,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
-from nlds_vines.errors import RequestError, at, choice, shown, string, unknown
+from nlds_vines.errors import RequestError, at, checked_names, choice, shown, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import AnySystem, any_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
@@ -125,12 +125,6 @@ def begins_at_sections(view: ArchiveView) -> bool:
     return PHASE not in view.axes and not start.get(PHASE)
 
 
-def checked_of(names: object) -> tuple[str, ...]:
-    if isinstance(names, str) or not isinstance(names, Sequence):
-        raise RequestError(f"of = {shown(names)} must be a list of names of displacements")
-    return tuple(string("of", name) for name in names)
-
-
 MOST_LANES = 10**8  # the most orbits of one scan: days of work on a large machine
 
 
@@ -215,7 +209,7 @@ class Scan(Request):
     period_steps: float | None = _for_experts("period_steps", "steps of a period by `rk4`")
     sampled: Samples | None = None
     of: tuple[str, ...] = setting(
-        (), Checked(lambda value: checked_of(value), listed=True), "record",
+        (), Checked(partial(checked_names, "of"), listed=True), "record",
         "the displacements of a host whose `response` is recorded: a degree of freedom, a damper's "
         "mass, or a difference, `roof-floor2`", "A,B",
         option="--of", usual="degrees of freedom that dampers hang on",

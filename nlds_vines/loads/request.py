@@ -6,13 +6,23 @@ import math
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
 
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
-from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, from_text, number, shown, string
+from nlds_vines.errors import (
+    MOST_CHARACTERS,
+    RequestError,
+    at,
+    checked_names,
+    from_text,
+    number,
+    shown,
+    string,
+)
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import (
     AnySystem,
@@ -52,12 +62,6 @@ def _state(value: object) -> tuple[float, ...]:
         raise RequestError(f"state = {shown(value)} must be a list of numbers")
     numbers = (from_text(float, "state", one) if isinstance(one, str) else one for one in value)
     return tuple(number("state", one) for one in numbers)
-
-
-def _names(value: object) -> tuple[str, ...]:
-    if not isinstance(value, list | tuple):
-        raise RequestError(f"of = {shown(value)} must be a list of names")
-    return tuple(dict.fromkeys(string("of", one) for one in value))
 
 
 @dataclass(frozen=True, repr=False)
@@ -121,7 +125,7 @@ class HistoryRequest(Request):
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure"
     )
     of: tuple[str, ...] = setting(
-        (), Checked(_names, listed=True), "sampling",
+        (), Checked(partial(checked_names, "of"), listed=True), "sampling",
         "displacements of a host whose response is reported: a degree of freedom `roof`, a "
         "damper's mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
     )  # fmt: skip

@@ -15,6 +15,7 @@ from nlds_vines.archives.provenance import PORTRAIT, Value
 from nlds_vines.errors import (
     RequestError,
     at,
+    checked_names,
     checked_state,
     checked_words,
     choice,
@@ -109,12 +110,8 @@ def checked_panels(value: Any) -> tuple[str, ...]:
     return checked_words("panels", value, [*PANELS, *(n for n in named if word_of(n) in PANELS)])
 
 
-def _names(what: str, value: object) -> tuple[str, ...]:
-    """Return one name or a list of names as a tuple."""
-    names = (value,) if isinstance(value, str) else value
-    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
-        raise RequestError(f"{what} = {shown(value)} must be a name or a list of names")
-    return tuple(names)
+def _signals(value: object) -> tuple[str, ...]:
+    return checked_names("signal", [value] if isinstance(value, str) else value)
 
 
 class Window(NamedTuple):
@@ -165,11 +162,11 @@ class PortraitRequest(Request):
         SHOW, Whole(1), "portrait", "forcing periods in a time history, at most", "PERIODS"
     )
     signal: tuple[str, ...] = setting(
-        (), Checked(partial(_names, "signal"), listed=True), "portrait",
+        (), Checked(_signals, listed=True), "portrait",
         "what spectra are of", "A,B", usual="x2, or x1 without damper; of a host as `of`",
     )  # fmt: skip
     of: tuple[str, ...] = setting(
-        (), Checked(partial(_names, "of"), listed=True), "portrait",
+        (), Checked(partial(checked_names, "of"), listed=True), "portrait",
         "displacements of a host that are drawn: `roof`, `cell1` or `roof-floor2`", "A,B",
         usual="where dampers hang",
     )  # fmt: skip

@@ -91,6 +91,7 @@ CHECKED = {
         *no_list, (np.array(["x1", "x2"]), "must be a list of words"),
         ([1], "unknown signal 1; allowed: x"),
     ],
+    "signal": [(3, "signal = 3 must be a list"), ([1], "signal = 1 must be a string")],
     "windows": [
         (3, "windows = 3 must be a list of pairs [begin, end]"),
         (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),

@@ -155,8 +155,6 @@ def continue_branch(
     if parameter is not None and bounds is not None:
         changes["along"] = {parameter: {"start": bounds[0], "stop": bounds[1]}}
     request = load_continuation(system, changes, "continue_branch")
-    along = request.along
-    at_start = along.nearest(request.system.parameters.get(along.name, along.low))
     is_state = isinstance(start, Sequence | np.ndarray) and not isinstance(start, str)
     if period is not None and not is_state:
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
@@ -165,7 +163,7 @@ def continue_branch(
         begin = {key: start, "count": starts, "seed": seed}
         request = load_continuation(request, {"start": begin}, "continue_branch")
     elif start is not None:
-        state, at_start, n = _periodic_start(request.system, along.name, start, at_start, period)
+        state, at_start, n = _periodic_start(request, start, period)
         begin = {"states": [state], "values": [at_start], "periods": [n]}
         request = load_continuation(request, {"start": begin}, "continue_branch")
     how = RunOptions(None, resume, overwrite, quiet=quiet)
@@ -174,19 +172,16 @@ def continue_branch(
 
 
 def _periodic_start(
-    system: System,
-    parameter: str,
-    start: Regime | Sequence[float] | np.ndarray,
-    value: float,
-    period: int | None,
+    request: Continuation, start: Regime | Sequence[float] | np.ndarray, period: int | None
 ) -> tuple[list[float], float, int]:
     """Return the state, the parameter's value and n of a regime or of the orbit of a state."""
     from nlds_vines.orbits.classification import Regime, classify
 
+    parameter, value = request.along.name, request.value
     if period is not None and not isinstance(start, Regime):
         return [number("start", one) for one in start], value, period
     if not isinstance(start, Regime):
-        start = classify(system.with_(**{parameter: value}), start=start)
+        start = classify(request.system.with_(**{parameter: value}), start=start)
     if start.point is None:
         raise RequestError(f"the start is {start.label}: only a periodic orbit can be followed")
     if parameter not in start.system.parameters:

@@ -161,7 +161,7 @@ class Continuation(Request):
         if self.plane is not None and self.plane.name == self.along.name:
             raise RequestError(f"{self.plane.name} is free already: the second must be another")
         if self.plane is not None:
-            second = self.system.parameters.get(self.plane.name)
+            second = self.own(self.plane.name)
             if second is None or not self.plane.low <= second <= self.plane.high:
                 raise RequestError(
                     f"{self.plane.name} from {self.plane.low!r} to {self.plane.high!r} must hold "
@@ -186,7 +186,13 @@ class Continuation(Request):
     @property
     def value(self) -> float:
         """The value of the parameter at which start orbits are searched for."""
-        return self.along.nearest(self.system.parameters.get(self.along.name, self.along.low))
+        own = self.own(self.along.name)
+        return self.along.low if own is None else self.along.nearest(own)
+
+    def own(self, name: str) -> float | None:
+        """Return the system's own value of a parameter, if it has one; that of gap+ may be gap."""
+        values = self.system.parameters
+        return values.get(name, values.get(name.rstrip("+-")))
 
     @property
     def about(self) -> dict[str, Value]:

@@ -133,7 +133,8 @@ def curves_through(request: Continuation, specials: Sequence[Special], piece: Pi
     A special point on a curve that has been followed has no curve of its own.
     """
     along, plane = request.free
-    second = float(request.system.parameters[plane.name])
+    second = request.own(plane.name)
+    assert second is not None  # as the request was validated
     section_map = map_of(request, 2)
     low, high = np.array([along.low, plane.low]), np.array([along.high, plane.high])
     curves = [_arrays_of(request, section_map, Curve("LP"))]

@@ -178,7 +178,7 @@ class HostOrbits:
                 f"a host of {n} coordinates is too large for orbits; allowed: {MOST_COORDINATES}. "
                 "Reduce it: host.reduced(keep=20, statics=[...])"
             )
-        squares, self.modes = _modes_of(host)
+        squares, self.modes, damping, coupling = _modes_of(host)
         masses = np.array([damper.m for damper in system.masses])
         self.size, size = n + len(masses), n + len(masses)
         inverse = np.concatenate([np.ones(n), 1 / masses])
@@ -189,14 +189,6 @@ class HostOrbits:
 
         rows = by_mode(system.rows())
         push = by_mode(system.push()[None])[0]
-        if host.ratio is not None:
-            own, coupling = modal_damping(host.ratio, squares), np.zeros((n, n))
-        else:
-            damping = _times(_times(self.modes.T, np.asarray(host.C)), self.modes)
-            own = np.diag(damping).copy()
-            coupling = damping - np.diag(own)
-        # modal damping is that of modes, but for round-off
-        is_modal = np.abs(coupling).max() <= 1e-12 * max(np.abs(own).max(), 1e-300)
         walls = [(i, wall) for i, damper in enumerate(system.dampers) for wall in damper.walls]
         self.names = [(system.dampers[i].name, wall.side) for i, wall in walls]
         self.body = Body(
@@ -210,9 +202,9 @@ class HostOrbits:
             drives=2,
             paces=np.array([-system.omega, system.omega]),
             squares=squares,
-            damping=own,
-            coupling=np.zeros(0) if is_modal else coupling.T.ravel().copy(),
-            coupled=not is_modal,
+            damping=damping,
+            coupling=coupling,
+            coupled=coupling.size > 0,
             push=push * inverse,
             rows=rows.ravel(),
             answers=(rows * inverse).ravel(),
@@ -481,12 +473,23 @@ _RUN: Any = getattr(run_host, "entry", run_host)
 
 
 @lru_cache(maxsize=16)  # as cells of a scan have one host
-def _modes_of(host: Host) -> tuple[np.ndarray, np.ndarray]:
-    """Return the squares of a host's frequencies and its modes, which nobody writes into."""
+def _modes_of(host: Host) -> tuple[np.ndarray, ...]:
+    """Return a host's modes as kernels take them, in arrays that nobody writes into.
+
+    They are the squares of the frequencies, the modes, the damping of each mode, and that by other
+    modes, an empty array under modal damping.
+    """
     n = len(host.inertia)
     squares, modes = np.zeros(n), np.zeros((n, n))
     fill_modes(host.M, host.K, squares, modes)
-    return squares, modes
+    if host.ratio is not None:
+        return squares, modes, modal_damping(host.ratio, squares), np.zeros(0)
+    damping = _times(_times(modes.T, np.asarray(host.C)), modes)
+    own = np.diag(damping).copy()
+    coupling = damping - np.diag(own)
+    # modal damping is that of modes, but for round-off
+    is_modal = np.abs(coupling).max() <= 1e-12 * max(np.abs(own).max(), 1e-300)
+    return squares, modes, own, np.zeros(0) if is_modal else coupling.T.ravel().copy()
 
 
 def _sum(values: np.ndarray) -> float:

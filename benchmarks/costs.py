@@ -136,8 +136,8 @@ def _varying(name: str, system: System) -> Part:
         state, logs = variations.new_state(), np.zeros(periods)
         variations.place_state(flow, start, state)
         variations.set_identity(tangent)
-        sections, none = variations.no_section(flow.space), np.empty((0, 16))
-        follow_growth(flow, sections, state, tangent, logs, np.zeros(4), none)
+        sections = variations.no_section(flow.space)
+        follow_growth(flow, sections, state, tangent, logs, np.zeros(4))
 
     return Part(name, system, lambda: run(VARIED), lambda: run(0), VARIED)
 

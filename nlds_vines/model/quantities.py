@@ -346,7 +346,7 @@ QUANTITIES = (
         "multipliers", "1", "Floquet multipliers of the nT orbit", ("evidence",),
         dims=("multiplier", "part"),
     ),
-    Quantity("exponents", "1/s", "all Lyapunov exponents", ("evidence",), dims=("exponent",)),
+    Quantity("exponents", "1/s", "Lyapunov exponents", ("evidence",), dims=("exponent",)),
     Quantity(
         "orbit_point", _STATE,
         "a point of the periodic orbit's section, after the last period watched", ("evidence",),

@@ -71,7 +71,8 @@ class Regime(Outlined):
         Half width of its 99 % interval, 0 of a periodic orbit.  Longer runs lie in the interval if
         the motion is stationary; chaos without damping is not, as its energy diffuses.
     exponents : (4,) ndarray
-        All Lyapunov exponents [1/s].
+        All Lyapunov exponents [1/s].  On a damped host without a period only the first four are
+        measured, and the others are NaN.
     residual : float
         Closing error of the periodic orbit in the energy norm, relative to the orbit.
     E1max, E2max : float
@@ -135,7 +136,8 @@ class Regime(Outlined):
             moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
             yield "Floquet multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
         width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
-        others = "".join(f"; {value:.4g}" for value in self.exponents[1:].tolist())
+        measured = self.exponents[~np.isnan(self.exponents)]
+        others = "".join(f"; {value:.4g}" for value in measured[1:].tolist())
         before = ""
         if np.isfinite(self.transient_lyapunov):
             size = f"{self.transient_lyapunov:.2g} +- {self.transient_lyapunov_width:.2g}"

@@ -181,39 +181,8 @@ def test_growth_of_a_ball_that_rests_is_minus_infinity():
     logs, growth = np.zeros(64), np.zeros(4)
     variations.set_identity(tangent)
     variations.place_state(flow, np.zeros(4), state)
-    none, section = np.empty((0, 16)), variations.no_section(flow.space)
-    assert follow_growth(flow, section, state, tangent, logs, growth, none) == OK
+    section = variations.no_section(flow.space)
+    assert follow_growth(flow, section, state, tangent, logs, growth) == OK
     note_exponents(verdict.evidence_in(evidence), growth, logs, 1.0, 2)
     assert (evidence[[LYAPUNOV, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
     assert evidence[INTERVAL] < 1e-5
-
-
-def test_the_first_step_of_newtons_method_is_foreseen_from_maps_of_pieces(monkeypatch):
-    """Whether it leads away is decided at ASTRAY_BY times the allowed step, to 1e-6."""
-    # pieces of two periods in so short an orbit
-    monkeypatch.setattr(verdict, "FEWEST_PROJECTIONS", 1)
-    flow, periods, skipped = flow_on(nv.load_system("ssul-set6", omega=7.42)), 32, 8
-    state, tangent, rows = variations.new_state(), np.zeros(16), np.zeros((skipped + periods, 4))
-    variations.place_state(flow, np.zeros(4), state)
-    origin = state.copy()
-    assert verdict.run_on(flow, rows, skipped, state) == OK
-    variations.set_identity(tangent)
-    together = verdict.periods_together(flow, periods)
-    assert together == 2
-    logs, growth, maps = np.zeros(periods), np.zeros(4), np.empty((periods // together, 16))
-    assert follow_growth(flow, rows[skipped:], state, tangent, logs, growth, maps) == OK
-    course = verdict.Course(rows, len(rows), 0, origin, maps, together)
-    sections = verdict.bare_course(course)
-    for n in (13, 6):
-        # the same step, with the monodromy matrix that is traced at once
-        y = np.array(verdict.section_at(flow.space, sections, len(rows) - n))
-        points, counts = np.empty((n, 4)), np.zeros(2, np.int64)
-        assert variations.trace_cycle(flow, y, points, counts, tangent, state)[0] == OK
-        last = verdict.section_at(flow.space, sections, len(rows))
-        assert variations.distance(flow.space, points[-1], last) < 1e-9
-        step = np.linalg.solve(np.eye(4) - variations.matrix_of(tangent, 4), state[:4] - y)
-        apart = variations.norm(flow.space, step) / verdict.ASTRAY_BY
-        assert apart < max(variations.norm(flow.space, point) for point in points)
-        assert verdict.leads_away(flow, course, n, apart * (1.0 - 1e-6))
-        assert not verdict.leads_away(flow, course, n, apart * (1.0 + 1e-6))
-        assert not verdict.leads_away(flow, course._replace(maps=maps[:0]), n, 0.0)

@@ -125,6 +125,9 @@ def test_chaos_of_one_of_two_dampers_is_chaos_of_the_host():
     regime = nv.classify(twins(system), quiet=True)
     assert regime.label == "chaos"
     assert regime.exponents[1] > 0.0
+    one = nv.classify(system, tolerance=1e-12, quiet=True)
+    assert regime.lyapunov == pytest.approx(one.lyapunov, abs=one.lyapunov_width)
+    assert np.isnan(regime.exponents).tolist() == [False] * 4 + [True] * 4
 
 
 def test_a_motion_that_symmetry_leaves_at_rest_is_round_off_and_no_obstacle():

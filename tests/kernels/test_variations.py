@@ -190,7 +190,7 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
     logs, growth, seen = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))
     variations.place_state(flow, np.zeros(4), state)
     variations.set_identity(tangent)
-    assert course.follow_growth(flow, seen, state, tangent, logs, growth, np.empty((0, 16))) == OK
+    assert course.follow_growth(flow, seen, state, tangent, logs, growth) == OK
     assert len(np.unique(logs[:together])) == 1
     assert len(np.unique(logs[: together + 1])) == 2
     each, growth_once, sections = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))

@@ -24,16 +24,16 @@ from ..numerics.fours import bare
 from ..numerics.matrices import eigenvalues, is_saddle, spectral_radius
 from ..orbit.repetition import TOLERANCE, repeats
 from ..orbit.variations import (
-    LONGEST_CORRECTION,
     TOGETHER,
     advance_flow,
+    begin_growth,
     column_of,
+    departs,
     distance,
     has_walls,
     is_minimal,
     lost_of,
     matrix_of,
-    newton_step,
     no_section,
     norm,
     orthonormalize,
@@ -162,8 +162,6 @@ class Course(NamedTuple):
     length: int  # rows that are filled
     first: int  # periods before those of the record
     origin: np.ndarray  # as `state_for`: section 0
-    maps: np.ndarray  # (pieces, width^2) derivatives over the last pieces of periods, or none
-    together: int  # periods of a piece, between two projections
 
 
 @jit
@@ -182,7 +180,7 @@ def oldest_of(course):
 def bare_course(course):
     """Return a course to read sections of, whose record is one bare row."""
     record = bare(course.record.reshape(-1))
-    return Course(record, course.length, course.first, bare(course.origin), course.maps, 1)
+    return Course(record, course.length, course.first, bare(course.origin))
 
 
 @by_flow
@@ -218,31 +216,20 @@ def periods_together(flow, periods):
 
 
 @jit
-def follow_growth(flow, rows, state, tangent, logs, growth, maps):
+def follow_growth(flow, rows, state, tangent, logs, growth):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
     rows: receives its sections, as far as there is room. logs: receives the logarithm by which the
-    first variation grows in a period (the mean of a few); growth (width,): the sums for all.
-    maps: receives the derivative of the flow over each piece of `periods_together`, if there is
-    room. It is A Q^T, as the variations are orthonormal, Q, before the piece and A after it.
+    first variation grows in a period (the mean of a few); growth: the sums for all.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    width, together, before = len(growth), periods_together(flow, len(logs)), tangent.copy()
+    together, size = periods_together(flow, len(logs)), min(flow.space.size, len(growth))
     for p in range(0, len(logs), together):
         grown, n = growth[0], min(together, len(logs) - p)
-        for i in range(len(before)):
-            before[i] = tangent[i]
         status = advance_flow(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
-        if len(maps) > 0:
-            piece = maps[p // together]
-            piece[:] = 0.0
-            for c in range(0, flow.space.size * width, width):
-                for i in range(width):
-                    for j in range(width):
-                        piece[width * i + j] += tangent[c + j] * before[c + i]
-        orthonormalize(tangent, flow.space.size, growth, lost_of(flow))
+        orthonormalize(tangent, size, growth, lost_of(flow))
         vanished = growth[0] == -np.inf  # a damper that sticks forgets all variations
         logs[p : p + n] = -np.inf if vanished else (growth[0] - grown) / n
     return OK
@@ -369,15 +356,15 @@ def settling_period(flow, course, cycle):
 @jit
 def note_chaotic_transient(flow, course, evidence, period):
     """Note the exponent of a long transient; above zero, the orbit is transient chaos."""
-    row, size = evidence.row, width_of(flow.space)
+    row = evidence.row
     periods = int(row[ev.SETTLING])
     if not has_walls(flow) or periods < LONG_TRANSIENT:
         return
-    state, tangent, growth = state_for(flow), np.zeros(size * size), np.zeros(size)
+    state = state_for(flow)
+    tangent, growth = begin_growth(flow)
     place_state(flow, course.origin, state)
-    set_identity(tangent, size)
     logs, nothing = np.zeros(min(periods, LONGEST_LOOK)), no_section(flow.space)
-    if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 0))) != OK:
+    if follow_growth(flow, nothing, state, tangent, logs, growth) != OK:
         return
     mean, width = mean_and_width(logs)
     width = max(width, MARGIN)
@@ -397,12 +384,8 @@ def note_chaotic_transient(flow, course, evidence, period):
 MOST_PERIODS = 1024  # largest n that is looked for
 FEWEST_REPEATED = 16  # sections that must repeat: fewer may do so by chance
 SLOW_RETURN = 4.0  # largest factor per return by which the distance of a settling orbit shrinks
-MOST_MAPPED = 64  # numbers of a state up to which maps are kept
 FEW_TRIED, SUM_TRIED = 4, 96  # candidates, and the sum of their n, if a periodic orbit is unlikely
 MANY_TRIED = 32  # candidates if one is likely
-ASTRAY_BY = (
-    4.0  # factor by which a step must exceed the longest allowed one: 2, and 2 for curvature
-)
 
 # The result of a search
 NOTHING, NEIGHBOR, FOUND = 0, 1, 2
@@ -451,43 +434,6 @@ def near_returns(space, course, chaotic):
         if not chaotic or far <= before <= SLOW_RETURN * far:
             returns[n] = far
     return returns
-
-
-@jit
-def leads_away(flow, course, n, apart):
-    """Return True if the first Newton step of `try_period` is expected to exceed the longest one.
-
-    This is read from the last n periods instead of the next n: their monodromy matrix is the
-    product of the course's maps, before which 1 to `together` periods are flown (more if the maps
-    end). The last section and that n periods before are less than `apart` from each other. Over
-    this distance the return map is nearly linear, so Newton steps from the two sections differ by
-    at most that distance. `try_period` starts at a section between them; a step ASTRAY_BY times too
-    long is taken to fail from there, too.
-    """
-    if len(course.maps) == 0:
-        return False
-    space, sections, last = flow.space, bare_course(course), last_of(course)
-    width = width_of(space)
-    state, tangent, row, span = state_for(flow), np.empty(width * width), np.empty(width), 0.0
-    for p in range(last - n + 1, last + 1):
-        span = max(span, norm(space, section_at(space, sections, p)))
-    y, image = section_at(space, sections, last - n), section_at(space, sections, last)
-    pieces = min((n - 1) // course.together, len(course.maps))
-    place_state(flow, y, state)
-    set_identity(tangent, width)
-    for p in range(0, n - pieces * course.together, TOGETHER):
-        periods = min(TOGETHER, n - pieces * course.together - p)
-        if advance_flow(flow, no_section(space), periods, tangent, state) != OK:
-            return False
-    for i in range(len(course.maps) - pieces, len(course.maps)):
-        for at in range(0, len(tangent), width):
-            for c in range(width):
-                row[c], tangent[at + c] = tangent[at + c], 0.0
-            for j in range(width):
-                for c in range(width):
-                    tangent[at + c] += row[j] * course.maps[i, width * j + c]
-    step = norm(space, newton_step(space, tangent, image, y))
-    return step > ASTRAY_BY * min(LONGEST_CORRECTION * span, apart)
 
 
 @jit
@@ -561,7 +507,8 @@ def find_period(flow, course, most, periods, chaotic, evidence):
         for p in range(m - best + 1, m):
             apart = min(apart, distance(flow.space, last, section_at(flow.space, sections, p)))
         returns[best] = math.inf
-        if leads_away(flow, course, best, apart):
+        before = section_at(flow.space, sections, m - best)
+        if chaotic and departs(flow, before, last, best):
             continue
         outcome = try_period(flow, course, best, apart, evidence)
         if outcome == FOUND:
@@ -580,12 +527,12 @@ ALIGNING = 2  # cycles that align the variations with the directions of their gr
 
 
 @jit
-def note_exponents(evidence, growth, logs, period, size):
-    """Write the largest exponent with its half-width, and all exponents [1/s]."""
+def note_exponents(evidence, growth, logs, period, count):
+    """Write the largest exponent with its half-width, and the first `count` exponents [1/s]."""
     mean, width = mean_and_width(logs)
     width = max(width, MARGIN)
     evidence.row[ev.LYAPUNOV], evidence.row[ev.INTERVAL] = mean / period, width / period
-    for i in range(size):
+    for i in range(count):
         evidence.exponents[i] = growth[i] / (len(logs) * period)
 
 
@@ -612,7 +559,7 @@ def note_cycle(flow, evidence, period):
     for _ in range(ALIGNING + 1):
         growth[:] = 0.0
         logs, nothing = np.zeros(n), no_section(flow.space)
-        if follow_growth(flow, nothing, state, tangent, logs, growth, np.empty((0, 0))) != OK:
+        if follow_growth(flow, nothing, state, tangent, logs, growth) != OK:
             return
     for i in range(flow.space.size):
         exponents[i] = growth[i] / (n * period)
@@ -676,7 +623,7 @@ def is_steady(space, record, length, count):
 
 
 @jit
-def forgets(size, trace, exponents, period, time):
+def forgets(count, trace, exponents, period, time):
     """Return True if the motion forgets its start within `time` [s], or if nothing dissipates.
 
     On an attracting torus the first exponent is zero and the second negative. A free oscillation
@@ -684,7 +631,7 @@ def forgets(size, trace, exponents, period, time):
     areas, which unlike that of lengths does not vary from period to period on an invariant plane.
     """
     total = 0.0
-    for i in range(size):
+    for i in range(count):
         total += exponents[i]
     if trace == 0.0 and total * period > -MARGIN:
         return True
@@ -698,13 +645,14 @@ def judge(flow, ends, record, first, stages, evidence):
     ends: the states (2, ...) at the orbit's beginning and end; record (periods, components): its
     sections after the `first` periods; stages: further periods of each stage.
     """
-    course = Course(record, len(record), first, ends[0].copy(), np.empty((0, 0)), 1)
-    row, width, period = evidence.row, width_of(flow.space), flow.period
+    course = Course(record, len(record), first, ends[0].copy())
+    row, period = evidence.row, flow.period
     for values in evidence:
         values[:] = np.nan
     row[ev.KIND], row[ev.CYCLE_PERIOD], row[ev.SETTLING] = UNDETERMINED, 0.0, -1.0
-    now, tangent, growth = ends[1].copy(), np.zeros(width * width), np.zeros(width)
-    set_identity(tangent, width)
+    now = ends[1].copy()
+    tangent, growth = begin_growth(flow)
+    count = min(flow.space.size, len(growth))  # of exponents
     followed = 0  # periods with variations
     for stage in range(len(stages) + 1):
         row[ev.WATCHED] = course.first + course.length
@@ -721,7 +669,7 @@ def judge(flow, ends, record, first, stages, evidence):
         smooth = seems_quasiperiodic(flow.trace, row)
         if row[ev.KIND] == UNDETERMINED and long and outcome == NOTHING and smooth:
             time, exponents = stages[stage - 1] * period, evidence.exponents
-            if forgets(flow.space.size, flow.trace, exponents, period, time) and is_steady(
+            if forgets(count, flow.trace, exponents, period, time) and is_steady(
                 flow.space, course.record, course.length, followed
             ):
                 row[ev.KIND] = QUASIPERIODIC
@@ -729,7 +677,7 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # the next stage: with variations, unless the kind is already determined
         further = stages[stage]
-        length, maps, together = course.length, np.empty((0, 0)), periods_together(flow, further)
+        length = course.length
         record = np.empty((length + further, course.record.shape[1]))
         for p in range(length):
             for c in range(record.shape[1]):
@@ -739,15 +687,9 @@ def judge(flow, ends, record, first, stages, evidence):
             followed += further
             growth[:] = 0.0
             logs = np.zeros(further)
-            # Only the last search has maps, with which `leads_away` skips orbits. In earlier ones
-            # that would change the last bits of later exponents: impacts of those orbits are
-            # recalled for nearly equal ones.
-            is_last = stage == len(stages) - 1 and further % together == 0
-            if is_last and lost_of(flow) == 0.0 and width <= MOST_MAPPED:
-                maps = np.empty((further // together, width * width))
-            status = follow_growth(flow, rows, now, tangent, logs, growth, maps)
+            status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
-                note_exponents(evidence, growth, logs, period, flow.space.size)
+                note_exponents(evidence, growth, logs, period, count)
                 note_digits(flow.space, record, length + further, followed, row)
                 if seems_chaotic(row):
                     row[ev.KIND] = CHAOTIC
@@ -755,5 +697,5 @@ def judge(flow, ends, record, first, stages, evidence):
             status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = Course(record, length + further, course.first, course.origin, maps, together)
+        course = Course(record, length + further, course.first, course.origin)
     return OK

@@ -17,7 +17,7 @@ from ..numerics.elementary import hypotenuse, log
 from ..numerics.fours import bare
 from ..numerics.matrices import IM, RE, eigenvalues
 from ..orbit.orbit import HUGE, MOST_TOUCHES
-from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of
+from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of, no_section
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
 from .body import along
@@ -36,11 +36,14 @@ from .host_contact import (
     width_of,
 )
 from .host_flight import FLOWN, LOST_TOUCH, Scratch, advance, drive_of, fly, note_misses
-from .host_space import HostSpace
+from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
 from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
+MEASURED = 4  # exponents of an orbit without a period, as many as those of one damper's kinds
+# factor by which returns grow if an orbit departs, and periods for which it is looked for
+DEPARTED, LOOKED_ON = 4.0, 64
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
 
 
@@ -221,7 +224,7 @@ def run_on_host(flow, rows, periods, state):
 
 @jit
 def advance_host(flow, rows, periods, tangent, state):
-    """Advance `state` and N variations `tangent` (N * N,) by up to TOGETHER periods.
+    """Advance `state` and variations `tangent`, of N numbers each, by up to TOGETHER periods.
 
     The orbit is that of `run_on_host`, to the last bit. Variation c is tangent[N c : N c + N].
     Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
@@ -286,6 +289,7 @@ def run_part(host, varied, watch, ends, origin, y):
                 return STEP_BUDGET
             if varied is not None:
                 vary_flight(body, grid, scratch, varied, begun, (j, x))
+            if varied is not None and varied.clearance[0] > 0.0:
                 note_misses(body, grid, walls, scratch, varied.clearance, begun, (j, x))
             if watch is not None:
                 note_flight(host, watch, begun, (j, x))
@@ -363,6 +367,37 @@ place_state, state_for = place_host_state, new_host_state
 @jit
 def has_walls(flow):
     return flow.host.walls.number > 0
+
+
+@jit
+def departs(flow, before, now, n):
+    """Return True if the next returns after n periods are DEPARTED times as far as the last one.
+
+    Those of an orbit that approaches a cycle become nearer. before, now: sections, n periods apart.
+    They cost no variations, unlike Newton's method, which from chaos finds saddles.
+    """
+    state, earlier, nothing = (
+        new_host_state(flow),
+        np.empty(flow.space.size),
+        no_section(flow.space),
+    )
+    place_host_state(flow, now, state)
+    apart = distance(flow.space, now, before)
+    for _ in range(0, LOOKED_ON, n):
+        for i in range(flow.space.size):
+            earlier[i] = state[i]
+        if run_on_host(flow, nothing, n, state) != OK:
+            return True
+        if distance(flow.space, state, earlier) > DEPARTED * apart:
+            return True
+    return False
+
+
+@jit
+def variations_of(flow):
+    """Return MEASURED, or N without damping, where the sum shows whether contacts dissipate."""
+    size = flow.space.size
+    return min(MEASURED, size) if flow.trace < 0.0 else size
 
 
 @jit

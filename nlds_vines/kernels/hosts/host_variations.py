@@ -45,19 +45,21 @@ VARIED_S, WITHOUT_SERIES = VARIED + 1, VARIED + 2
 class Varied(NamedTuple):
     """Variations and scratch for them; each array is one row, in inner kernels a bare row."""
 
-    rows: Any  # (N * N,) one variation after the other
+    rows: Any  # (number * N,) one variation after the other
+    number: int
     series: Any  # (HIGHEST + 1) powers of 3 size numbers: dX, dV and the accelerations
     free: Any  # (drives,) zeros: a variation has no force
     before: Any  # (2 size,) V and V' of the orbit before an impact
-    late: Any  # (N,) t0 of the variations [s]
+    late: Any  # (number,) t0 of the variations [s]
     clearance: Any  # (2,) smallest near miss so far [m], and its wall
 
 
 @jit
 def varied_of(body, tangent, clearance):
     N = 2 * body.size
+    number = len(tangent) // N
     series, free = np.zeros(3 * body.size * (HIGHEST + 1)), np.zeros(body.drives)
-    return Varied(tangent, series, free, np.zeros(N), np.zeros(N), clearance)
+    return Varied(tangent, number, series, free, np.zeros(N), np.zeros(number), clearance)
 
 
 # ---- flight --------------------------------------------------------------------------------------
@@ -65,7 +67,7 @@ def varied_of(body, tangent, clearance):
 
 @jit
 def vary_shortly(body, varied, time, work):
-    for c in range(2 * body.size):
+    for c in range(varied.number):
         move(body, varied.free, time, from_place(varied.rows, 2 * body.size * c), work)
 
 
@@ -83,7 +85,7 @@ def vary_flight(body, grid, scratch, varied, begun, ended):
         level, cells = 0, 1 << grid.levels
         while j & (cells - 1) != 0 or j + cells > last:
             level, cells = level + 1, cells >> 1
-        for c in range(N):
+        for c in range(varied.number):
             row = from_place(varied.rows, N * c)
             advance(body, grid, level, varied.free, row, scratch.end)
             for i in range(N):
@@ -116,7 +118,7 @@ def vary_step(body, walls, contacts, varied, weights, x):
             s = walls.signs[wall] * along(body, walls.links[wall], contacts.end, 0)[1]
             seen = look(walls, wall, contacts.q[wall], s, 0.0, body.omega)
             k[SERIES + WITHOUT_SERIES] = contacts.pushes[wall] * seen.force / s if s > 0.0 else 0.0
-    for column in range(2 * size):
+    for column in range(varied.number):
         y = from_place(varied.rows, 2 * size * column)
         for i in range(2 * size):
             S[i] = y[i]
@@ -162,7 +164,7 @@ def vary_jump(body, walls, contacts, varied, wall, direction):
     if walls.law[wall] not in (IS_SPRING, IS_PULLING):
         return
     N, size, link = 2 * body.size, body.size, walls.links[wall]
-    for c in range(N):
+    for c in range(varied.number):
         r, _ = along(body, link, varied.rows, N * c)
         force = direction * walls.constants[wall].cc * r
         push_link(body, link, force, varied.rows, N * c + size)
@@ -188,7 +190,7 @@ def vary_at_impact(body, walls, contacts, varied, wall):
     s = 0.0
     for i in range(size):
         s += body.rows[link * size + i] * before[i]
-    for c in range(N):
+    for c in range(varied.number):
         r, _ = along(body, link, varied.rows, N * c)
         late = -r / s if s != 0.0 else 0.0
         varied.late[c] = late
@@ -202,7 +204,7 @@ def vary_after_impact(body, walls, contacts, varied, drive, y, work):
     """Carry variations back along the motion after an impact."""
     N, size = 2 * body.size, body.size
     push_all(body, walls, contacts, drive, y, work)
-    for c in range(N):
+    for c in range(varied.number):
         late = varied.late[c]
         for i in range(size):
             varied.rows[N * c + i] -= late * y[size + i]
@@ -213,5 +215,5 @@ def vary_after_impact(body, walls, contacts, varied, drive, y, work):
 @jit
 def vary_on_hold(body, walls, contacts, varied):
     """Project variations onto the motions that rigid walls in contact leave: momentum is kept."""
-    for at in range(0, 4 * body.size * body.size, body.size):
+    for at in range(0, 2 * body.size * varied.number, body.size):
         hold(body, walls, contacts, at, varied.rows)

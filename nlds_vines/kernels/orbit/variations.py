@@ -148,7 +148,7 @@ def place_state(flow, y, state):
 @jit
 def set_identity(tangent, width=4):
     tangent[:] = 0.0
-    for i in range(0, width * width, width + 1):
+    for i in range(0, len(tangent), width + 1):
         tangent[i] = 1.0
 
 
@@ -179,13 +179,13 @@ def product_of(x, i, j, width):
 
 @jit
 def orthonormalize(tangent, size, growth, lost=0.0):
-    """Make the first `size` variations orthonormal (Gram and Schmidt), and add to growth (width,).
+    """Make the first `size` variations orthonormal (Gram and Schmidt), and add to `growth`.
 
     The logarithms of their lengths are added: the sums are the exponents times the time. A
     variation whose squared length falls by more than a factor MUCH is projected again. One whose
     length falls below `lost` of what it was becomes zero, and its growth -inf.
     """
-    width = len(growth)
+    width = len(tangent) // len(growth)
     for at in range(0, size * width, width):
         stretched, before = 1.0, math.inf
         while before > MUCH:
@@ -205,6 +205,40 @@ def orthonormalize(tangent, size, growth, lost=0.0):
             for c in range(width):
                 tangent[at + c] /= length
         growth[at // width] += log(stretched)
+
+
+@by_flow
+def departs(flow, before, now, n):
+    """Return True if an orbit that nearly returns after n periods is seen not to approach any."""
+    return False  # Newton's method costs little
+
+
+@by_flow
+def variations_of(flow):
+    """Return the number of variations by which the exponents of an orbit are measured."""
+    return 4
+
+
+GOLDEN = 0.6180339887498949  # whose multiples by squares, without integers, hardly repeat
+
+
+@jit
+def begin_growth(flow):
+    """Return variations whose growth is measured, and an array for the growth.
+
+    If there are fewer than a state has numbers, none has the symmetry of a host, as unit vectors of
+    modes do, which would never grow in other directions.
+    """
+    count, width = variations_of(flow), width_of(flow.space)
+    tangent, growth = np.empty(count * width), np.zeros(count)
+    set_identity(tangent, width)
+    if count < width:
+        for i in range(len(tangent)):
+            multiple = GOLDEN * (i + 1) * (i + 1)
+            tangent[i] = multiple - int(multiple) - 0.5
+        orthonormalize(tangent, count, growth)
+        growth[:] = 0.0
+    return tangent, growth
 
 
 @by_flow

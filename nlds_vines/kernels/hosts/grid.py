@@ -43,9 +43,7 @@ class HostGrid(NamedTuple):
     # (D,) of the period
     phases: Any
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
-    fourth: Any  # links * size: bounds of |r''''| by norms of pairs
-    forced: Any  # (links,) by the force; of a load in time, in the period
-    by_drive: Any  # links * D: the same by bounds of the numbers of a drive
+    fourth: Any  # links * (size + D / 2): bounds of |r''''| by norms of pairs, then of the drive's
     polynomials: Any  # links * (ORDER + 1) * (N + D): Taylor coefficients of r in a smallest cell
 
 
@@ -210,7 +208,8 @@ def host_grid(body, stops):
     # Taylor coefficients of r over a smallest cell
     links = body.links
     polynomials = np.zeros(links * (ORDER + 1) * (N + D))
-    fourth, forced, by_drive = np.zeros(links * size), np.zeros(links), np.zeros(links * D)
+    pairs = size + D // 2
+    fourth = np.zeros(links * pairs)
     bounded = exponential(growth * (period / coarse))
     for link in range(links):
         row = np.zeros((1, N + D))
@@ -235,7 +234,7 @@ def host_grid(body, stops):
             power = following
             per *= h / (k + 1.0)
         # |r''''| by the norms of pairs at the beginning of a coarse cell
-        by_pair = np.zeros(size)
+        by_pair = np.zeros(pairs)
         for b in range(size):
             place = rate = 0.0
             for i in range(size):
@@ -243,42 +242,13 @@ def host_grid(body, stops):
                 rate += fourth_row[size + i] * back[size + i, b]
             place *= 1.0 / scales[b] if scales[b] > 0.0 else 0.0
             by_pair[b] = hypotenuse(place, rate)
-        for j in range(size):
-            for b in range(size):
-                fourth[link * size + j] += by_pair[b] * bounded[b, j]
-        # by the force itself, and by what it adds to the norms within the cell
-        push = hypotenuse(fourth_row[N], fourth_row[N + 1])
-        for k in range(D):
-            by_drive[link * D + k] = abs(fourth_row[N + k])
-        for b in range(size):
-            shaken = 0.0
-            for i in range(size):
-                shaken += back[size + b, size + i] * body.push[i]
-            shaken = fourth[link * size + b] * abs(shaken) * (period / coarse)
-            push += shaken
-            by_drive[link * D] += shaken
-        forced[link] = push
+        for b in range(size, pairs):
+            by_pair[b] = hypotenuse(fourth_row[2 * b], fourth_row[2 * b + 1])
+        for j in range(pairs):
+            for b in range(pairs):
+                fourth[link * pairs + j] += by_pair[b] * bounded[b, j]
     grid = HostGrid(
         count, levels, h, fastest, D, propagators, is_harmonic, body.begun, body.turns, phases,
-        scales, fourth, forced, by_drive, polynomials,
+        scales, fourth, polynomials,
     )  # fmt: skip
     return grid, is_fine
-
-
-@jit
-def put_load(body, grid, rows, p):
-    """Make the load of period p that of the grid; rows: D coefficients of each period.
-
-    |e_k| is at most the sum of the binomials (m, k) times |coefficient m|.
-    """
-    D = grid.drives
-    for link in range(body.links):
-        grid.forced[link] = 0.0
-    for k in range(D):
-        grid.phases[k] = rows[D * p + k]
-        most, binomial = 0.0, 1.0
-        for m in range(k, D):
-            most += binomial * abs(rows[D * p + m])
-            binomial *= (m + 1.0) / (m + 1.0 - k)
-        for link in range(body.links):
-            grid.forced[link] += grid.by_drive[link * D + k] * most

@@ -55,9 +55,10 @@ def read_gaps(body, y, gaps, to):
 
 
 @jit
-def bound_of(body, grid, link, y, gaps):
+def bound_of(body, grid, link, y, gaps, drive):
     """Return the bound of |r''''| of a link [m/s^4] over a coarse cell that begins with y."""
-    total, row, n = grid.forced[link], link * body.size, body.modes
+    n, D, total = body.modes, grid.drives, 0.0
+    row = link * (body.size + D // 2)
     for i in range(n):
         place, rate = grid.scales[i] * y[i], y[body.size + i]
         total += grid.fourth[row + i] * math.sqrt(place * place + rate * rate)
@@ -65,6 +66,10 @@ def bound_of(body, grid, link, y, gaps):
     for i in range(n, body.size):
         place, rate = grid.scales[i] * gaps[2 * (i - n)], gaps[2 * (i - n) + 1]
         total += grid.fourth[row + i] * math.sqrt(place * place + rate * rate)
+    row += body.size
+    for i in range(0, D, 2):
+        square = drive[i] * drive[i] + drive[i + 1] * drive[i + 1]
+        total += grid.fourth[row + i // 2] * math.sqrt(square)
     return total
 
 
@@ -169,7 +174,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
                 for wall in range(walls.number):
                     if walls.links[wall] != link:
                         link = walls.links[wall]
-                        fourth = bound_of(body, grid, link, y, gaps) * (h2 * h2)
+                        fourth = bound_of(body, grid, link, y, gaps, drive) * (h2 * h2)
                     gap = walls.gaps[wall]
                     if clearance is not None:
                         gap -= clearance[0]

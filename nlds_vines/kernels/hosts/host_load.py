@@ -15,7 +15,6 @@ from ..numerics.fours import bare
 from ..orbit.orbit import HUGE
 from ..scene.codes import DIVERGED, OK
 from .body import Body
-from .grid import put_load
 from .host_contact import release
 from .host_flight import drive_of
 from .host_orbit import host_flow, new_host_state, place_host_state, run_part
@@ -64,7 +63,7 @@ def run_host_under(body, walls, contacts, load, state, section, impacts, records
         h = (edges[last] - edges[first]) / (last - first)
         flow, status = host_flow(under(body, h), walls, contacts, impacts, 1)
         if status == OK and first == 0:
-            put_load(flow.host.body, flow.host.grid, load.rows, 0)
+            put_load(flow.host.grid, load, 0)
             whole = new_host_state(flow)
             place_host_state(flow, state, whole)
         if status == OK:
@@ -78,6 +77,13 @@ def run_host_under(body, walls, contacts, load, state, section, impacts, records
 
 
 @jit
+def put_load(grid, load, p):
+    """Make the load of cell p that of the grid."""
+    for k in range(grid.drives):
+        grid.phases[k] = load.rows[grid.drives * p + k]
+
+
+@jit
 def run_cells(flow, load, ends, state, section, records):
     """Advance a state through cells of equal length, with the walls in contact as they are."""
     host, y, (first, last) = bare(flow.host), bare(state), ends
@@ -85,9 +91,9 @@ def run_cells(flow, load, ends, state, section, records):
     watch = bare(prepared)
     if records is not None:
         watch.is_on[0] = 1.0
-    body, grid, size = host.body, host.grid, host.body.size
+    grid, size = host.grid, host.body.size
     for p in range(first, last):
-        put_load(body, grid, load.rows, p)
+        put_load(grid, load, p)
         if load.jumps[p] != 0.0:
             strike_all(host, load.jumps[p], load.edges[p], y)
         note_edge(host, 0, y, section, p)

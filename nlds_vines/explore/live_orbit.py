@@ -19,11 +19,12 @@ import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.map_data import Curve, curves_of
+from nlds_vines.explore.map_data import MOST_CURVES, Curve, curves_of
 from nlds_vines.model.catalog import AnySystem, catalog
 from nlds_vines.model.host_system import HostScene, HostSystem
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import system_in_words
 from nlds_vines.orbits.responses import contact_forces, harmonic_force
 from nlds_vines.orbits.spectrum import spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
@@ -59,30 +60,28 @@ PORTRAIT_FILE, SCAN_FILE, PICTURE_FILE = "portrait.toml", "part.toml", "portrait
 
 @dataclass(frozen=True)
 class LiveOrbit:
-    """An orbit; if `classify` failed, `regime` is None and `trouble` gives the reason.
+    """An orbit, and the request of its portrait.
 
-    The `request` of its portrait is None for a host.
+    If `classify` failed, `regime` is None and `trouble` gives the reason.
     """
 
     orbit: Any  # of `simulate`, with its trajectory
     regime: Regime | None
     trouble: str
     panels: Mapping[str, Arrays]
-    request: PortraitRequest | None
+    request: PortraitRequest
 
     @property
-    def view(self) -> View | None:
-        """The window of the orbit that its portrait shows."""
-        from nlds_vines.portrait.run import view_of_orbit
+    def view(self) -> View:
+        """The window of the orbit that its portrait shows, computed again."""
+        from nlds_vines.portrait.run import views_of
 
-        return None if self.request is None else view_of_orbit(self.orbit)
+        return views_of(self.request)[0]
 
     @property
     def label(self) -> str:
         """The label of the regime; without a regime, the label by recurrence alone."""
-        if self.regime is not None:
-            return self.regime.label
-        return "undetermined" if (view := self.view) is None else view.label
+        return self.view.label if self.regime is None else self.regime.label
 
 
 def live_orbit(
@@ -123,18 +122,17 @@ def live_orbit(
         seen = orbit if history == SETTLED else follow(0, shown)
     except IntegrationError as error:
         raise RequestError(str(error)) from None
-    curves, request = curves_of(system, scan.of), None
+    curves = curves_of(system, scan.of)
     panels = {"history": history_of(seen, curves, shown), **panels_without_time(orbit, curves)}
     multipliers = np.empty(0, complex)
     if regime is not None and regime.multipliers is not None:
         multipliers = regime.multipliers
     panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
-    if not isinstance(system, HostSystem):
-        request = PortraitRequest(
-            system.title or system.name, (Column(system, window),),
-            start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
-            tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
-        )  # fmt: skip
+    request = PortraitRequest(
+        system_in_words(system), (Column(system, window),), of=scan.of[:MOST_CURVES],
+        start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
+        tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
+    )  # fmt: skip
     return LiveOrbit(orbit, regime, trouble, panels, request)
 
 
@@ -290,13 +288,11 @@ def portrait_command(request: PortraitRequest) -> str:
 
 
 def picture(orbit: LiveOrbit) -> str:
-    """Return the portrait as a PNG in base64; `RequestError` for a host."""
-    request, view = orbit.request, orbit.view
-    if request is None or view is None:
-        raise RequestError("orbits of hosts have no portrait")
+    """Return the portrait as a PNG in base64."""
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.portrait.picture import portrait
 
+    request, view = orbit.request, orbit.view
     with TemporaryDirectory() as folder:
         path, origin = Path(folder) / PICTURE_FILE, ("recipe_hash", request.hash)
         save_figure(portrait(request, [view]), path, request.title, origin)

@@ -456,9 +456,9 @@ class Page:
         if self.orbit is None:
             return
         request = self.orbit.request
-        texts = "" if request is None else request.to_toml(), self.chosen.part().to_toml()
-        recipe, part = (b64encode(text.encode()).decode() for text in texts)
-        command = "" if request is None else live_orbit.portrait_command(request)
+        recipe, part = (
+            b64encode(one.to_toml().encode()).decode() for one in (request, self.chosen.part())
+        )
         files = [
             (live_orbit.PORTRAIT_FILE, "portrait recipe (.toml)", "application/toml", recipe),
             (live_orbit.SCAN_FILE, "scan file of the map (.toml)", "application/toml", part),
@@ -469,7 +469,8 @@ class Page:
             for name, words, kind, code in files
             if code
         )
-        self.files.text = f"<b>Save</b> {links}<code>{escape(command)}</code>"
+        command = escape(live_orbit.portrait_command(request))
+        self.files.text = f"<b>Save</b> {links}<code>{command}</code>"
 
     def draw(self) -> None:
         if (orbit := self.orbit) is None:

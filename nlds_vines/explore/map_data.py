@@ -25,6 +25,7 @@ from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR, QUANTITIES,
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
+from nlds_vines.orbits.signals import displaced
 
 MOST_SECTION = 2**24  # numbers of sections in memory (128 MB); each of a larger map is shortened
 MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes
@@ -90,10 +91,7 @@ class Curve(NamedTuple):
 
     def of(self, states: np.ndarray, part: int = 0) -> np.ndarray:
         """Return the displacement along states (..., components), or with `part` 1 its rate."""
-        total = np.zeros(states.shape[:-1])
-        for i in np.flatnonzero(self.row):
-            total += self.row[i] * states[..., 2 * i + part]
-        return total
+        return displaced(self.row, states, part)
 
     def put(self, state: np.ndarray, place: Sequence[float]) -> np.ndarray:
         """Return a state with another displacement and rate, by the component `moved` alone."""

@@ -150,9 +150,9 @@ def _column(i: int, _: Any, states: np.ndarray) -> np.ndarray:
 
 def displaced(row: np.ndarray, states: np.ndarray, part: int) -> np.ndarray:
     """Return a displacement w X of states, by its `row` w, or with `part` 1 its rate."""
-    total = np.zeros(len(states))
+    total = np.zeros(states.shape[:-1])
     for i in np.flatnonzero(row):  # in one order, so that bits are the same on every processor
-        total += row[i] * states[:, 2 * i + part]
+        total += row[i] * states[..., 2 * i + part]
     return total
 
 

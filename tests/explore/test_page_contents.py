@@ -229,7 +229,7 @@ def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
     system = nv.load_system(name)
     panels = live.live_orbit(system, None, SAMPLING).panels
     assert ("x2" in panels["history"]) == system.scene.damper
-    assert (panels["phase2"]["x"].size > 100) == system.scene.damper
+    assert ("phase2" in panels) == system.scene.damper
     assert panels["phase1"]["x"].size > 100
     assert (panels["touches"]["phase"].size > 0) == bool(system.scene.walls)
     assert list(panels["touches"]) == ["phase", *system.scene.walls]

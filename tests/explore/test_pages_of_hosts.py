@@ -16,6 +16,8 @@ from nlds_vines.explore.live_orbit import SAMPLES, live_orbit
 from nlds_vines.explore.map_data import curves_of, stored
 from nlds_vines.explore.page_state import Opened, sliders_of
 from nlds_vines.explore.report_page import section_points
+from nlds_vines.portrait.request import load_portrait
+from nlds_vines.portrait.run import views_of
 
 pytestmark = pytest.mark.kernels  # they follow orbits of hosts
 
@@ -103,6 +105,12 @@ def test_clicks_sliders_planes_and_parts(archive, tmp_path):
     saved = load_scan(path)
     assert saved.hash == page.chosen.scan.hash
     assert saved.system.parameters["force.x2"] == 1.75
+    # the recipe is the orbit's, and draws it
+    path.write_bytes(seen.file("portrait.toml"))
+    request = load_portrait(path)
+    assert request.hash == page.orbit.request.hash
+    (view,) = views_of(request, quiet=True)
+    assert view.states.tobytes() == page.orbit.orbit.trajectory.tobytes()
     page.close()
 
 

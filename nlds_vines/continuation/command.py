@@ -74,7 +74,7 @@ def continue_branch(
 
     Parameters
     ----------
-    system : System, Continuation, str or path-like
+    system : System, HostSystem, Continuation, str or path-like
         A system or its name in the catalog; a request or the path of its TOML file, whose entries
         the other arguments override.
     parameter : str, optional
@@ -84,9 +84,9 @@ def continue_branch(
         at the system's own value, or at the nearest end.
     start : Regime, array_like or str, optional
         By default the start of the request, or the orbit from rest; a periodic `Regime`, at its own
-        value of the parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], from which the orbit is
-        classified; a label such as "3T,3", searched for among random starts; "random" for the
-        orbits of all random starts.
+        value of the parameter; a state (x1, v1, x2, v2), (x, v) or of a host [m, m/s], from which
+        the orbit is classified; a label such as "3T,3", searched for among random starts; "random"
+        for the orbits of all random starts.
     to : path-like, optional
         The archive (.h5); by default none is kept.
     period : int, optional

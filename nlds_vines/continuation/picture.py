@@ -218,7 +218,8 @@ def plane_diagram(
     figure, grid = new_figure(page, [page.map_height])
     axes = figure.add_subplot(grid[0])
     _fill_plane(axes, result, scan)
-    add_legend(axes, _plane_handles(result), "above", handlelength=2.2)
+    if handles := _plane_handles(result):
+        add_legend(axes, handles, "above", handlelength=2.2)
     finish(figure, grid, result.request.title)
     if scan is not None:
         name_regimes(axes, scan)

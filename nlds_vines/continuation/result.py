@@ -245,6 +245,7 @@ class Continued(Drawable):
             rows = t["branch_of_point"] == i
             pairs, period = t["multipliers"][rows], int(t["periodicity"][rows][0])
             states = t["state"][rows]
+            impacts = t.get("impacts_by_wall", np.zeros((len(rows), 0), int))[rows]
             sections = t["section"][np.repeat(rows, t["periodicity"])]
             along = {name: t[name][rows] for name in names if name in t}
             branches.append(
@@ -254,7 +255,7 @@ class Continued(Drawable):
                     sections=sections.reshape(len(states), -1, states.shape[1]),
                     period=period,
                     labels=t["label"][rows],
-                    impacts=t["impacts_by_wall"][rows],
+                    impacts=impacts,
                     stable=t["stable"][rows].astype(bool),
                     multipliers=pairs[..., 0] + 1j * pairs[..., 1],
                     ends=(words[int(t["first_end"][i])], words[int(t["last_end"][i])]),
@@ -478,8 +479,9 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.real("state", (*dims, "component"), STATE_UNITS, "orbit at phase zero"), None
     yield Dataset.real("section", ("row", "component"), STATE_UNITS, "orbits at phase zero"), None
     yield Dataset.whole("periodicity", dims, "n of nT"), lambda c: c.n
-    by_wall = Dataset.whole("impacts_by_wall", (*dims, "wall"), "impacts per nT by wall")
-    yield by_wall, lambda c: c.counts
+    if scene.counted:
+        by_wall = Dataset.whole("impacts_by_wall", (*dims, "wall"), "impacts per nT by wall")
+        yield by_wall, lambda c: c.counts
     yield Dataset.text("label", dims, "n and k of nT,k"), lambda c: c.label
     words = "whether all multipliers lie inside the unit circle"
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
@@ -570,8 +572,9 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
             "multiplier", len(components), "Floquet multiplier, the largest modulus first", 1
         ),
         Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
-        Scale("wall", np.array(scene.counted, "U"), "1", "name of the wall"),
     ]
+    if scene.counted:
+        scales.append(Scale("wall", np.array(scene.counted), "1", "name of the wall"))
     if scene.dampers:
         scales.append(Scale("damper", np.array(scene.dampers), "1", "name of the damper"))
     if request.plane is not None:

@@ -133,6 +133,20 @@ def test_a_branch_goes_on_along_a_gap_and_is_computed_again_from_its_blocks(fram
             np.testing.assert_array_equal(again[name], values, err_msg=name)
 
 
+def test_a_host_without_walls_has_branches_that_scale_with_its_force(tmp_path):
+    host = nv.shear_frame([1e4] * 2, [8e6] * 2, ratio=0.05)
+    damper = nv.Damper("tmd", "roof", m=900.0, k=1e5, c=2e3)
+    system = nv.System.from_host(host, [damper], base={"acceleration": 0.1}, omega=12.0)
+    options = {"step": 0.1, "quiet": True, "to": tmp_path / "tmd.h5"}
+    (branch,) = nv.continue_branch(system, "ground", (0.1, 0.2), **options).branches
+    assert {*branch.labels} == {"T,0"}
+    assert branch.stable.all()
+    assert branch.impacts.shape == (len(branch), 0)
+    np.testing.assert_allclose(
+        branch.E1max / branch.parameter**2, branch.E1max[0] / 0.01, rtol=1e-9
+    )
+
+
 def test_wrong_requests_for_branches_of_hosts_are_refused_in_one_line():
     host = as_host(SET_6)
     for name, bounds, plane, words in (

@@ -24,6 +24,7 @@ from nlds_vines.runs.progress import Clock, Tell
 
 # time [s] to compile each kernel of an SSul NES, and one of the functions of a kernel, for messages
 SECONDS = {"orbit": 12, "verdict": 12, "branches": 12, "entry": 5}
+TIMES = {"a host": 2.5}  # as long, by the key of a scene
 EACH = 0.045
 LONGEST = 600.0  # longest time [s] to wait for the other process
 MEMORY = 700_000_000  # bytes of a process that compiles the kernels of a scan
@@ -79,7 +80,7 @@ class Compilation:
         self._needed, self._tell, self._helped = needed, tell, helped
         self._began: float | None = None  # time of the first compilation
         self._clock: Clock | None = None
-        self._seconds, self._done = 0, 0  # estimate of the time; number of compiled functions
+        self._seconds, self._done = 0.0, 0  # estimate of the time; number of compiled functions
         self._other: Process | None = None
 
     @contextmanager
@@ -134,7 +135,8 @@ class Compilation:
             self._other = begin(self._needed)
             left.remove("verdict")
         tell, is_abandoned = self._tell, interrupts.abandoned()
-        self._seconds, self._done = sum(SECONDS[name] for name in left), 0
+        self._done = 0
+        self._seconds = TIMES.get(self._needed.scene, 1.0) * sum(SECONDS[name] for name in left)
         if tell is not None:
             self._clock = Clock(lambda *args: None if is_abandoned() else tell(*args), self._words)
 

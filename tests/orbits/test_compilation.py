@@ -84,6 +84,12 @@ def test_what_is_compiled_here_or_beside_is_said_once(begun):
     assert needed == USUAL
 
 
+def test_the_kernels_of_hosts_take_longer(begun):
+    needed = Needed("a host", "exact", ("regime",))
+    messages = follow(lanes.run_lanes, needed=needed, helped=False)
+    assert messages[0].endswith("about 60 s")
+
+
 def test_the_estimate_corrects_itself_by_the_pace_of_this_machine(begun):
     follower = Compilation(USUAL, None, helped=False)
     with follower.followed(LANES):

@@ -43,7 +43,7 @@ from .walls import IS_RIGID, hold, outward_at, push_all, start_of
 
 MEASURED = 4  # exponents of an orbit without a period, as many as those of one damper's kinds
 # factor by which returns grow if an orbit departs, and periods for which it is looked for
-DEPARTED, LOOKED_ON = 4.0, 64
+DEPARTED, LOOKED_ON = 4.0, 256
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
 
 

@@ -19,6 +19,7 @@ from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
 from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
+from nlds_vines.kernels.impact.arc import COARSE, make_arc
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
@@ -274,6 +275,7 @@ class HostOrbits:
             matrix=np.zeros((count, count + 1)),
             rebounds=np.zeros(count),
             tolerance=self.tolerance,
+            arc=make_arc(min(self.tolerance, 0.5 * COARSE)),  # whose 12 nodes serve the moments
         )
 
     def follow(

@@ -49,6 +49,7 @@ from ..scene.law import (
 from ..watch.touch import AT_R, first_touch, tightened
 from .body import accelerate, along, differentiate, move, push_link
 from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_in
+from .host_impact import solve_short
 from .host_variations import (
     remember,
     vary_after_impact,
@@ -387,6 +388,7 @@ class PreparedHost(NamedTuple):
     contacts: Any  # `walls.Contacts`
     impacts: Any  # `Impacts`
     scratch: Any  # `host_flight.Scratch`
+    short: Any  # `host_impact.ShortImpacts`
 
 
 class Impacts(NamedTuple):
@@ -623,13 +625,49 @@ def first_event(body, walls, contacts, h, table):
 
 @jit
 def follow(host, varied, watch, begun, y):
+    """Follow the walls in contact, at once if it is a short impact; otherwise as `step_contacts`.
+
+    What happens inside a short impact is noted, and variations are carried, by steps beside it that
+    leave the orbit as it is.
+    """
+    walls, contacts, impacts, scratch = host.walls, host.contacts, host.impacts, host.scratch
+    (j, x, stop, origin), h, size = begun, host.grid.h, host.body.size
+    wall = contacts.active[1]
+    if contacts.active[0] != 1 or contacts.q[wall] != 0.0:
+        return step_contacts(host, varied, watch, begun, y)
+    drive_of(host.grid, j, x, scratch.drive)
+    took, depth, _ = solve_short(host, wall, (stop - j - x) * h, y, scratch.begin)
+    if took == 0.0:
+        return step_contacts(host, varied, watch, begun, y)
+    row = contacts.rows[wall]
+    if varied is not None or (watch is not None and watch.is_on[0] > 0.0):
+        contacts.rows[wall] = -1
+        if step_contacts(host, varied, watch, begun, y)[0] == LOST_TOUCH:
+            return LOST_TOUCH, x
+    for i in range(2 * size):
+        y[i] = scratch.begin[i]
+    contacts.active[0], contacts.active[1], contacts.rows[wall] = 1, wall, row
+    if 0 <= row < impacts.room:
+        at, K = ROW_OF_IMPACT * row, walls.constants[wall].K
+        impacts.data[at + OF_DEEPEST], impacts.data[at + OF_LARGEST] = (
+            depth,
+            K * depth * math.sqrt(depth),
+        )
+    release(host, None, 1, origin + (j + x) * h + took, y)
+    at = x + took / h
+    whole = int(at)
+    return j + whole, at - whole
+
+
+@jit
+def step_contacts(host, varied, watch, begun, y):
     """Follow the walls in contact until the last one is released, or to cell `stop`.
 
     varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`, time [s] of the
     period's beginning); y: the state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an
     event is lost or there are too many steps.
     """
-    body, grid, walls, contacts, impacts, scratch = host
+    body, grid, walls, contacts, impacts, scratch, _ = host
     (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
     size, table, rate, drive = body.size, scratch.polynomial, grid.rate, scratch.drive
     width, first = width_of(body), 3 * size

@@ -36,6 +36,7 @@ from .host_contact import (
     width_of,
 )
 from .host_flight import FLOWN, LOST_TOUCH, Scratch, advance, drive_of, fly, note_misses
+from .host_impact import short_impacts
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
@@ -78,7 +79,8 @@ def host_flow(body, walls, contacts, impacts, stops):
         np.zeros(2 * size), np.zeros(2 * size), np.zeros(3 * size + body.drives),
         np.zeros(body.drives), np.zeros(4 * links), np.zeros(COEF + TERMS),
     )  # fmt: skip
-    host = PreparedHost(body, grid, walls, contacts, impacts, scratch)
+    short = short_impacts(body, grid, walls, contacts.arc)
+    host = PreparedHost(body, grid, walls, contacts, impacts, scratch, short)
     scales, masses, trace = np.zeros(size), np.ones(size), 0.0
     for i in range(size):
         scales[i] = max(grid.scales[i], body.omega)
@@ -244,11 +246,12 @@ def loop(host, varied, watch, span, state, section):
     grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
     size, period, y = host.body.size, grid.h * grid.cells, state
     points = min(len(section), span.stops * (span.first + span.periods))
+    impacts.filled[0] = impacts.room  # those before period `first` are not recorded
     read_contacts(walls, contacts, state, 2 * size)
     if varied is not None:
         vary_on_hold(host.body, walls, contacts, varied)
     for p in range(span.first + span.periods):
-        if p == span.first:  # impacts that have begun before are not recorded
+        if p == span.first:
             impacts.filled[0] = 0
             if watch is not None:
                 watch.is_on[0] = 1.0
@@ -276,7 +279,7 @@ def loop(host, varied, watch, span, state, section):
 @jit
 def run_part(host, varied, watch, ends, origin, y):
     """Advance y between two smallest cells of a period that begins at `origin` [s]."""
-    body, grid, walls, contacts, _, scratch = host
+    body, grid, walls, contacts, _, scratch, _ = host
     (first, stop), touches = ends, 0
     j, x = first, 0.0
     while j < stop:
@@ -313,7 +316,7 @@ def note_flight(host, watch, begun, ended):
     """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
     if watch.is_on[0] == 0.0:
         return
-    body, grid, walls, contacts, _, scratch = host
+    body, grid, walls, contacts, _, scratch, _ = host
     (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
     size, behind, coarse = body.size, 2 * (watch.energies + 2 * watch.rows), 1 << grid.levels
     is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there

@@ -90,6 +90,7 @@ class Contacts(NamedTuple):
     matrix: Any  # (walls, walls + 1) scratch for them
     rebounds: Any  # (walls,) e of walls that are being struck, otherwise 0
     tolerance: float
+    arc: Any  # `impact.Arc`
 
 
 # Places of a wall in `scales`: a speed and a q of its impact, 1 / p of z = q^p; at the end of a

@@ -38,6 +38,7 @@ from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..numerics.elementary import fifth_root
 from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
+from ..scene.by_law import by_flow
 from ..scene.drive import Moment, bending, drive_later, drive_now, falling, twisting
 from ..scene.scene import accelerations_at, shared, under
 from .arc import ARC, FACTORS, GUESSED, LEVEL, LEVEL_ROW, MISSED, NODES, TERM
@@ -166,8 +167,7 @@ BY_TIME = 0.2  # least factor assumed between changes at nodes and of integrals 
 @jit
 def first_guess(side, nodes, approach):
     """Fill the unknowns at the nodes by the series, to third order in the small numbers."""
-    ps, damper, w, m, at = side.ps, side.damper, nodes.w, nodes.m, nodes.at
-    b, tick = approach.b, approach.tick
+    w, m, at, b, tick = nodes.w, nodes.m, nodes.at, approach.b, approach.tick
     # The terms of the series: each is a former one times a small number.
     w[ARC.products] = 1.0
     w[ARC.products + TERM.force], w[ARC.products + TERM.drag] = approach.force, approach.drag
@@ -175,15 +175,6 @@ def first_guess(side, nodes, approach):
     w[ARC.products + TERM.curvature] = approach.curvature
     for k in range(4, MISSED, 4):  # four at once: their factors stand before them
         put_four(w, ARC.products + k, gathered(w, k) * gathered(w, MISSED + k))
-    # the effect on the common motion of the shares of s and z in x1' and x1
-    other, share = 1.0 - damper.share, side.sign * damper.share
-    z0 = (b * b) * (b * b)
-    on_v = ps.damping * other * share
-    first = (ps.stiffness * share - ps.damping * on_v) * other * z0 * tick
-    second = ps.damping * first + ps.stiffness * on_v * z0 * tick
-    twice = other * tick * second
-    on_x, on_x_twice = on_v * z0 * tick, first * tick
-    half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
     for i in range(0, m, 4):
         # sums of odd and of even terms, which do not wait for each other; b has no term 1
         row = at + NODES.b * m + i
@@ -196,14 +187,32 @@ def first_guess(side, nodes, approach):
             row += m
             beta_even = beta_even + four_at(w, row) * w[ARC.products + k + 1]
             t_even = t_even + four_at(w, row + (NODES.t - NODES.b) * m) * w[ARC.products + k + 1]
-        now, t = b + b * (beta + beta_even), tick * (t + t_even)
+        put_four(w, ARC.amplitudes + i, b + b * (beta + beta_even))
+        put_four(w, ARC.times + i, tick * (t + t_even))
+    guess_slow(side, nodes, approach)
+
+
+@by_flow
+def guess_slow(side, nodes, approach):
+    """Fill the guess of the common motion, whose b and t at the nodes are there."""
+    ps, damper, w, m, at = side.ps, side.damper, nodes.w, nodes.m, nodes.at
+    b, tick = approach.b, approach.tick
+    # the effect on the common motion of the shares of s and z in x1' and x1
+    other, share = 1.0 - damper.share, side.sign * damper.share
+    z0 = (b * b) * (b * b)
+    on_v = ps.damping * other * share
+    first = (ps.stiffness * share - ps.damping * on_v) * other * z0 * tick
+    second = ps.damping * first + ps.stiffness * on_v * z0 * tick
+    twice = other * tick * second
+    on_x, on_x_twice = on_v * z0 * tick, first * tick
+    half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
+    for i in range(0, m, 4):
+        now, t = four_at(w, ARC.amplitudes + i), four_at(w, ARC.times + i)
         u, cube = four_at(w, at + i), four_at(w, at + NODES.cube * m + i)
         double = four_at(w, at + NODES.double * m + i)
         now2 = now * now
         change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
         distance = t * (approach.v + t * (half + t * (sixth + t * last)))
-        put_four(w, ARC.amplitudes + i, now)
-        put_four(w, ARC.times + i, t)
         dip = on_v * (now2 * now2 * (u * u)) + (first * cube - twice * double)
         put_four(w, ARC.common_v + i, (approach.v + change) - dip)
         put_four(w, ARC.common_x + i, (approach.x + distance) - (on_x * cube + on_x_twice * double))
@@ -274,20 +283,32 @@ def settle(side, nodes, approach, tolerance):
     changes the integrals of b and v by `shrinks` times it, those of time and place by BY_TIME times
     it. The larger factor counts.
     """
-    ps, took = side.ps, approach.tick * LENGTH
-    slow = took * (ps.damping + 0.5 * ps.stiffness * took)
-    shrinks = approach.size + (1.0 - side.damper.share) * abs(slow)
+    shrinks = shrinking(side, approach)
     first_guess(side, nodes, approach)
     for _ in range(MOST_SWEEPS):
-        for i in range(0, nodes.m, 4):
-            _, of_b, of_t, of_x, of_v = slopes_at(side, nodes, approach, i)
-            put_four(nodes.w, ARC.slope_b + i, of_b)
-            put_four(nodes.w, ARC.slope_t + i, of_t)
-            put_four(nodes.w, ARC.slope_x + i, of_x)
-            put_four(nodes.w, ARC.slope_v + i, of_v)
-        if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= tolerance:
+        if sweep(side, nodes, approach) * shrinks * max(shrinks, BY_TIME) <= tolerance:
             return True
     return False
+
+
+@by_flow
+def shrinking(side, approach):
+    """Return `shrinks` of `settle`."""
+    ps, took = side.ps, approach.tick * LENGTH
+    slow = took * (ps.damping + 0.5 * ps.stiffness * took)
+    return approach.size + (1.0 - side.damper.share) * abs(slow)
+
+
+@by_flow
+def sweep(side, nodes, approach):
+    """Take the slopes at the nodes and integrate them; return the largest change (`integrate`)."""
+    for i in range(0, nodes.m, 4):
+        _, of_b, of_t, of_x, of_v = slopes_at(side, nodes, approach, i)
+        put_four(nodes.w, ARC.slope_b + i, of_b)
+        put_four(nodes.w, ARC.slope_t + i, of_t)
+        put_four(nodes.w, ARC.slope_x + i, of_x)
+        put_four(nodes.w, ARC.slope_v + i, of_v)
+    return integrate(nodes, approach)
 
 
 @jit
@@ -313,9 +334,30 @@ def at_end(side, nodes, approach):
     x, v: of the common motion. doubt is the sum of two relative residuals. The energy of the motion
     in r, proportional to b^10, must grow by the work of all forces but the wall's. The virial z s,
     which is 0 at touch and release, must have a vanishing change; it detects an error of a
-    conservative force, which does no work from touch to release, but changes the time. Their
-    integrands are s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but
-    the wall's, taken from eq. (5) and not from the formulas of the `a` of the solution.
+    conservative force, which does no work from touch to release, but changes the time.
+    """
+    sb, st, sg, sh, energy, virial = sums_of_slopes(side, nodes, approach)
+    of_b, of_t, of_energy = missed(nodes)
+    late = approach.tick * of_t
+    ratio, time = 1.0 + (sb + of_b), st + late
+    ratio2 = ratio * ratio
+    ratio4 = ratio2 * ratio2
+    fast, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
+    gained = 2.0 * energy / (fast * fast) + of_energy
+    doubt = DOUBTED * abs(ratio4 * ratio4 * ratio2 - (1.0 + gained))
+    doubt += abs(virial) / (LASTING * deep * fast)
+    x = approach.x + (sg + approach.v * late)
+    v = approach.v + (sh + approach.acceleration * late)
+    return ratio, time, x, v, doubt
+
+
+@by_flow
+def sums_of_slopes(side, nodes, approach):
+    """Return the integrals of the slopes of b / b0, t, x and v, of the work and of the virial.
+
+    The integrands of the last two are s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r
+    by all forces but the wall's, taken from eq. (5) and not from the formulas of the `a` of the
+    solution.
     """
     ps, wall, share = side.ps, side.wall, side.sign * side.damper.share
     w, m, at, weight = nodes.w, nodes.m, nodes.at, nodes.at + NODES.weight * nodes.m
@@ -339,18 +381,7 @@ def at_end(side, nodes, approach):
         sh = sh + q * fh
         energy = energy + q * (s * ds * ft)
         virial = virial + q * (z * (ds - a) * ft)
-    of_b, of_t, of_energy = missed(nodes)
-    late = approach.tick * of_t
-    ratio, time = 1.0 + (sum_of(sb) + of_b), sum_of(st) + late
-    ratio2 = ratio * ratio
-    ratio4 = ratio2 * ratio2
-    fast, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
-    gained = 2.0 * sum_of(energy) / (fast * fast) + of_energy
-    doubt = DOUBTED * abs(ratio4 * ratio4 * ratio2 - (1.0 + gained))
-    doubt += abs(sum_of(virial)) / (LASTING * deep * fast)
-    x = approach.x + (sum_of(sg) + approach.v * late)
-    v = approach.v + (sum_of(sh) + approach.acceleration * late)
-    return ratio, time, x, v, doubt
+    return sum_of(sb), sum_of(st), sum_of(sg), sum_of(sh), sum_of(energy), sum_of(virial)
 
 
 @jit

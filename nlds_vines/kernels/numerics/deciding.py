@@ -26,7 +26,7 @@ def is_a(part: object, sort: type) -> bool:
 
 CHOSEN = tuple(
     f"{__name__.rsplit('.', 2)[0]}.{name}"
-    for name in ("laws.", "hosts.host_space", "hosts.host_orbit")
+    for name in ("laws.", "hosts.host_space", "hosts.host_orbit", "hosts.host_impact")
 )
 """The beginnings of the names of the modules of laws, and of those of the flow of hosts."""
 

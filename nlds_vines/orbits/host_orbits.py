@@ -19,7 +19,7 @@ from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
 from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
-from nlds_vines.kernels.impact.arc import COARSE, make_arc
+from nlds_vines.kernels.impact.arc import COARSE, SETTLED, make_arc
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
@@ -261,6 +261,7 @@ class HostOrbits:
     def contacts(self) -> Contacts:
         """Return room for the walls in contact of one orbit."""
         count = self.walls.number
+        arc = make_arc(min(self.tolerance, 0.5 * COARSE))  # of 12 nodes or more, for the moments
         return Contacts(
             active=np.zeros(count + 1, np.int64),
             q=np.zeros(count),
@@ -275,7 +276,7 @@ class HostOrbits:
             matrix=np.zeros((count, count + 1)),
             rebounds=np.zeros(count),
             tolerance=self.tolerance,
-            arc=make_arc(min(self.tolerance, 0.5 * COARSE)),  # whose 12 nodes serve the moments
+            arc=arc._replace(tolerance=self.tolerance, settled=SETTLED * self.tolerance),
         )
 
     def follow(

@@ -627,8 +627,7 @@ def first_event(body, walls, contacts, h, table):
 def follow(host, varied, watch, begun, y):
     """Follow the walls in contact, at once if it is a short impact; otherwise as `step_contacts`.
 
-    What happens inside a short impact is noted, and variations are carried, by steps beside it that
-    leave the orbit as it is.
+    What a short impact does not tell is noted by steps beside it, which leave the orbit as it is.
     """
     walls, contacts, impacts, scratch = host.walls, host.contacts, host.impacts, host.scratch
     (j, x, stop, origin), h, size = begun, host.grid.h, host.body.size
@@ -636,11 +635,13 @@ def follow(host, varied, watch, begun, y):
     if contacts.active[0] != 1 or contacts.q[wall] != 0.0:
         return step_contacts(host, varied, watch, begun, y)
     drive_of(host.grid, j, x, scratch.drive)
-    took, depth, _ = solve_short(host, wall, (stop - j - x) * h, y, scratch.begin)
+    left = (stop - j - x) * h
+    took, depth, is_varied = solve_short(host, varied, wall, left, y, scratch.begin)
     if took == 0.0:
         return step_contacts(host, varied, watch, begun, y)
     row = contacts.rows[wall]
-    if varied is not None or (watch is not None and watch.is_on[0] > 0.0):
+    is_watched = watch is not None and watch.is_on[0] > 0.0
+    if is_watched or (varied is not None and not is_varied):
         contacts.rows[wall] = -1
         if step_contacts(host, varied, watch, begun, y)[0] == LOST_TOUCH:
             return LOST_TOUCH, x
@@ -648,11 +649,9 @@ def follow(host, varied, watch, begun, y):
         y[i] = scratch.begin[i]
     contacts.active[0], contacts.active[1], contacts.rows[wall] = 1, wall, row
     if 0 <= row < impacts.room:
-        at, K = ROW_OF_IMPACT * row, walls.constants[wall].K
-        impacts.data[at + OF_DEEPEST], impacts.data[at + OF_LARGEST] = (
-            depth,
-            K * depth * math.sqrt(depth),
-        )
+        at = ROW_OF_IMPACT * row
+        impacts.data[at + OF_DEEPEST] = depth
+        impacts.data[at + OF_LARGEST] = walls.constants[wall].K * depth * math.sqrt(depth)
     release(host, None, 1, origin + (j + x) * h + took, y)
     at = x + took / h
     whole = int(at)

@@ -33,10 +33,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..impact.arc import ARC, LEVEL, NODES
-from ..impact.impact import LENGTH, greatest_depth, nodes_of, solve_arc
+from ..impact.impact import LENGTH, greatest_depth, nodes_of, settle, solve_arc
 from ..numerics.compiling import jit
 from ..numerics.elementary import exp, fifth_root, log
-from ..numerics.fours import four, four_at, larger_of, largest_of, put_four, sum_of
+from ..numerics.fours import (
+    four,
+    four_at,
+    from_place,
+    larger_of,
+    largest_of,
+    put_four,
+    sum_of,
+)
+from ..numerics.matrices import solve
 from .body import accelerate, along, differentiate
 from .walls import IS_HERTZ
 
@@ -44,6 +53,7 @@ LEAST_POWERS, MOST_POWERS = 3, 24  # K; an impact that takes more of them is ste
 LONGER = 1.1  # bound of the duration of a short impact over that of its free arc
 LARGEST_OF_HOST = 0.5  # greatest sum of the relative forces beside the contact's
 BESIDE = 1.0e-3  # share of an impact's change of state that is more than the error of any r
+VARIED_TO = 1.0e-13  # relative rest of the series of a variation
 ROUND_OFF = 4.0e-15  # of r, relative to the sum of its parts
 # parts of `numbers`, each with room for all powers: of P and m, divided by k!; J_k; of a_free
 OF_FREE, OF_MEMORY, OF_MOMENTS, OF_GAP = range(4)
@@ -60,6 +70,7 @@ class ShortImpacts(NamedTuple):
     jet: Any  # ((ROOM + 1) * size,) derivatives of X in free motion from a touch on
     drive: Any  # (drives,)
     numbers: Any  # 4 ROOM, see OF_FREE
+    linear: Any  # (ROOM * ROOM,) see `vary_short`
     push: float  # norm of the rates that a force f = 1 gives in unit time
 
 
@@ -121,7 +132,7 @@ def short_impacts(body, grid, walls, arc):
         jet[size + i] = body.push[i]
     short = ShortImpacts(
         arc, answers, norms, inverse, jet, np.zeros(body.drives), np.zeros(4 * ROOM),
-        pair_norm(body, grid, jet, 0),
+        np.zeros(ROOM * ROOM), pair_norm(body, grid, jet, 0),
     )  # fmt: skip
     for wall in range(count):
         if walls.law[wall] != IS_HERTZ:
@@ -205,8 +216,8 @@ def approach_at(body, short, wall, arc_of, powers):
     curvature = numbers[2] * tick * tick * per
     size_of_five = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
     rest *= per
-    # The errors of n nodes are at most C_n e^(3/2) for the five numbers, and C_n times `rest`, which
-    # the series omits; that of J_2, of which C_n is 12 times the error, is T^2 |A^2 b| / (8 |b|).
+    # The errors of n nodes are at most C_n e^(3/2) for the five numbers, C_n times `rest`, which
+    # the series omits, and C_n / 12 for J_2, whose share of the release is T^2 |A^2 b| / (8 |b|).
     of_moments = lasting * lasting * short.norms[row + 2] / (96.0 * short.norms[row])
     missed = size_of_five * math.sqrt(size_of_five) + rest + of_moments
     approach = HostApproach(
@@ -239,18 +250,19 @@ def nears(body, walls, short, wall, span):
 
 
 @jit
-def solve_short(host, wall, left, y, out):
+def solve_short(host, varied, wall, left, y, out):
     """Solve the impact of a wall that is being touched at y, and write its release to `out`.
 
-    left [s]: the time in which it must end. Returns (duration [s], depth [m], distance of other
-    walls [m]); the duration is 0 if the impact is not short. The depth is 0 if it is not recorded.
-    The drive of the touch is `host.scratch.drive`.
+    left [s]: the time in which it must end. Returns (duration [s], depth [m], whether variations
+    are carried); the duration is 0 if the impact is not short. The depth is 0 if it is not
+    recorded. The drive of the touch is `host.scratch.drive`. Variations are left to steps if they
+    take more powers, or if other walls may come nearer than so far.
     """
     body, walls, short, impacts = host.body, host.walls, host.short, host.impacts
     size, sign, link, inverse = body.size, walls.signs[wall], walls.links[wall], walls.inverse[wall]
     s = sign * along(body, link, y, 0)[1]
     if walls.law[wall] != IS_HERTZ or not s > 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
     kappa = walls.constants[wall].K * inverse
     speed = math.sqrt(0.8 * kappa)
     b = fifth_root(s / speed)
@@ -259,17 +271,17 @@ def solve_short(host, wall, left, y, out):
     # J_0 is that of the free arc, 2 s / inverse, and of a up to 2.5 LENGTH s times its size
     longest, impulse = LONGER * tick * LENGTH, (2.0 + 4.0 * LARGEST_OF_HOST) * s / inverse
     if not longest < left:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
     for i in range(body.drives):
         short.drive[i] = host.scratch.drive[i]
     change = impulse * short.norms[wall * ROOM]
     powers = expand_free(body, host.grid, short, wall, longest, change, y)
     if powers == 0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
     approach, memory = approach_at(body, short, wall, (b, s, tick, peak, sign, link), powers)
     distance = nears(body, walls, short, wall, (longest, powers, impulse, change))
     if not (approach.shrinks < LARGEST_OF_HOST and distance > 0.0):
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
     at = wall * ROOM
     side = HostSide(
         short.arc, kappa, speed, -short.inverse[at + 1], -short.inverse[at + 2], powers, memory,
@@ -277,7 +289,7 @@ def solve_short(host, wall, left, y, out):
     )  # fmt: skip
     solved, ratio, took, _, _ = solve_arc(side, LEVEL.whole, LEVEL.error, approach)
     if not (solved and took < longest):
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
     last = b * ratio
     outward = speed * ((last * last) * (last * last) * last)
     fill_moments(side, took, (s, outward, inverse))
@@ -288,11 +300,15 @@ def solve_short(host, wall, left, y, out):
         places += abs(body.rows[link * size + i] * out[i])
     off = abs(sign * r - walls.gaps[wall]) - ROUND_OFF * places
     if not max(off, 0.0) + took * abs(sign * rate + outward) <= took * s * short.arc.tolerance:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, False
+    is_varied = False
+    if varied is not None:
+        is_varied = not distance < varied.clearance[0]
+        is_varied = is_varied and vary_short(host, varied, side, approach, (wall, took))
     row, depth = host.contacts.rows[wall], 0.0
     if 0 <= row < impacts.room:
         depth = greatest_depth(side, approach)
-    return took, depth, distance
+    return took, depth, is_varied
 
 
 # ---- the state at the release --------------------------------------------------------------------
@@ -344,6 +360,89 @@ def release_state(body, short, wall, powers, took, out):
         time *= took / (k + 1.0)
 
 
+# ---- variations ----------------------------------------------------------------------------------
+#
+# A variation at a fixed time is the free motion of its beginning less the sum of dJ_k A^k b, with
+# f'(z) dz in place of f. At the nodes
+#
+#     dz(t) + integral of h(t - t') f'(z(t')) dz(t') = free gap of the variation
+#     h(t) = sum of g_k t^(k + 1) / (k + 1)!
+#
+# is one linear system for all variations, as the free gap is a polynomial. It is solved once, for
+# each power, with the most nodes: they integrate a free impact's variations to 1e-15.
+
+
+@jit
+def vary_short(host, varied, side, approach, impact):
+    """Carry variations through a solved impact; return False if they take more powers.
+
+    impact: (wall, duration [s]).
+    """
+    body, short, walls, (wall, took), size = (
+        host.body,
+        host.short,
+        host.walls,
+        impact,
+        host.body.size,
+    )
+    jet, linear, numbers, size = short.jet, short.linear, short.numbers, body.size
+    x = host.grid.rate * took
+    first, sign, link = wall * (ROOM + 1) * size, walls.signs[wall], walls.links[wall]
+    powers, left = 1, 0.5 * x * x
+    while powers < MOST_POWERS and not left < VARIED_TO:
+        powers += 1
+        left *= x / (powers + 1.0)
+    nodes = nodes_of(short.arc, short.arc.levels - 1, LEVEL.whole)
+    if not left < VARIED_TO or not settle(side, nodes, approach, short.arc.settled):
+        return False
+    sums_of_slopes(side, nodes, approach)
+    w, n, m, at = nodes.w, nodes.n, nodes.m, nodes.at
+    for k in range(powers + 1):
+        g = sign * along(body, link, short.answers, first + k * size)[1]
+        numbers[ROOM * OF_GAP + k] = g
+    stiffness = 1.5 * walls.constants[wall].K
+    matrix, gap = np.zeros((n, n)), np.zeros((n, powers + 1))
+    for j in range(n):
+        b, t = w[ARC.amplitudes + j], w[ARC.times + j]
+        push = stiffness * (b * b * w[at + j]) * w[ARC.slope_t + j]
+        for i in range(n):
+            back, h = w[ARC.times + i] - t, 0.0
+            for k in range(powers, -1, -1):
+                h = (h + numbers[ROOM * OF_GAP + k]) * (back / (k + 1.0))
+            matrix[i, j] = w[at + (NODES.matrix + j) * m + i] * push * h
+        matrix[j, j] += 1.0
+        factor = 1.0
+        for k in range(powers + 1):
+            gap[j, k] = factor
+            factor *= t / (k + 1.0)
+        w[ARC.slope_b + j] = w[at + NODES.weight * m + j] * push
+    if solve(matrix, gap) == 0.0:
+        return False
+    for k in range(powers + 1):
+        for p in range(powers + 1):
+            total = 0.0
+            for j in range(n):
+                total += w[ARC.slope_b + j] * gap[j, p]
+            linear[ROOM * k + p] = total
+        for j in range(n):
+            w[ARC.slope_b + j] *= (took - w[ARC.times + j]) / (k + 1.0)
+    for c in range(2 * size):
+        row = from_place(varied.rows, 2 * size * c)
+        for i in range(2 * size):
+            jet[i] = row[i]
+        for k in range(powers + 1):
+            accelerate(body, jet, k * size, 0.0, jet, (k + 2) * size)
+        for k in range(powers + 1):
+            numbers[ROOM * OF_GAP + k] = sign * along(body, link, jet, k * size)[0]
+        for k in range(powers + 1):
+            total = 0.0
+            for p in range(powers + 1):
+                total += linear[ROOM * k + p] * numbers[ROOM * OF_GAP + p]
+            numbers[ROOM * OF_MOMENTS + k] = total
+        release_state(body, short, wall, powers, took, row)
+    return True
+
+
 # ---- the kernels of `impact` that are marked `by_flow` -------------------------------------------
 
 
@@ -388,7 +487,8 @@ def remember_depths(side, nodes):
 
 @jit
 def shrinking(side, approach):
-    return approach.shrinks
+    """Return the factor of the next sweep's change: a third of the relative forces (`inside`)."""
+    return approach.shrinks / 3.0
 
 
 @jit

@@ -53,6 +53,7 @@ APART = ("contract/test_plain.py", "contract/test_resumed_after_kill.py")
 OF_HOSTS = (
     "kernels/test_host_verdict.py",
     "kernels/test_host_variations.py",
+    "kernels/test_host_impact.py",
     "kernels/test_hosts.py",
     "kernels/test_cyclic_chain.py",
     "kernels/test_host_watch.py",

@@ -33,9 +33,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..impact.arc import ARC, LEVEL, NODES
-from ..impact.impact import LENGTH, greatest_depth, nodes_of, settle, solve_arc
+from ..impact.impact import LENGTH, Approach, greatest_depth, nodes_of, settle, solve_arc
 from ..numerics.compiling import jit
-from ..numerics.elementary import exp, fifth_root, log
+from ..numerics.elementary import TINIEST, exp, fifth_root, log
 from ..numerics.fours import (
     four,
     four_at,
@@ -70,7 +70,6 @@ class ShortImpacts(NamedTuple):
     jet: Any  # ((ROOM + 1) * size,) derivatives of X in free motion from a touch on
     drive: Any  # (drives,)
     numbers: Any  # 4 ROOM, see OF_FREE
-    linear: Any  # (ROOM * ROOM,) see `vary_short`
     push: float  # norm of the rates that a force f = 1 gives in unit time
 
 
@@ -84,25 +83,8 @@ class HostSide(NamedTuple):
     by_depth: float  # w_2
     powers: int  # of P
     memory: int  # powers of m
-    numbers: Any
-
-
-class HostApproach(NamedTuple):
-    """As `impact.Approach`; of a host the slow unknowns are the memory alone."""
-
-    b: float
-    s: float
-    tick: float
-    x: float
-    v: float
-    acceleration: float
-    force: float
-    drag: float
-    drift: float
-    spring: float
-    curvature: float
-    size: float
     shrinks: float  # sum of the sizes of all parts of a, in units of kappa b^6
+    numbers: Any
 
 
 @jit
@@ -122,17 +104,13 @@ def pair_norm(body, grid, jet, at):
 def short_impacts(body, grid, walls, arc):
     """Return the `ShortImpacts` of a host."""
     size, count = body.size, walls.number
-    answers, norms, inverse = (
-        np.zeros(count * (ROOM + 1) * size),
-        np.zeros(count * ROOM),
-        np.zeros(count * ROOM),
-    )
-    jet = np.zeros((ROOM + 1) * size)
+    answers, norms = np.zeros(count * (ROOM + 1) * size), np.zeros(count * ROOM)
+    inverse, jet = np.zeros(count * ROOM), np.zeros((ROOM + 1) * size)
     for i in range(size):
         jet[size + i] = body.push[i]
     short = ShortImpacts(
         arc, answers, norms, inverse, jet, np.zeros(body.drives), np.zeros(4 * ROOM),
-        np.zeros(ROOM * ROOM), pair_norm(body, grid, jet, 0),
+        pair_norm(body, grid, jet, 0),
     )  # fmt: skip
     for wall in range(count):
         if walls.law[wall] != IS_HERTZ:
@@ -186,12 +164,12 @@ def expand_free(body, grid, short, wall, longest, change, y):
 
 
 @jit
-def approach_at(body, short, wall, arc_of, powers):
-    """Return (`HostApproach`, powers of the memory) of a touch, and fill the numbers of P and m.
+def approach_at(body, short, wall, touch, powers):
+    """Return (`Approach`, powers of m, `shrinks`) of a touch, and fill the numbers of P and m.
 
-    arc_of: (b, s, tick, kappa b^6, sign, link).
+    touch: (b, s, tick, kappa b^6, sign, link).
     """
-    (b, s, tick, peak, sign, link), row, size = arc_of, wall * ROOM, body.size
+    (b, s, tick, peak, sign, link), row, size = touch, wall * ROOM, body.size
     inverse, numbers, lasting = short.inverse, short.numbers, tick * LENGTH
     factorial, time, rest, memory, z0 = 1.0, 1.0, 0.0, 0, (b * b) * (b * b)
     for k in range(powers):
@@ -219,12 +197,12 @@ def approach_at(body, short, wall, arc_of, powers):
     # The errors of n nodes are at most C_n e^(3/2) for the five numbers, C_n times `rest`, which
     # the series omits, and C_n / 12 for J_2, whose share of the release is T^2 |A^2 b| / (8 |b|).
     of_moments = lasting * lasting * short.norms[row + 2] / (96.0 * short.norms[row])
-    missed = size_of_five * math.sqrt(size_of_five) + rest + of_moments
-    approach = HostApproach(
-        b, s, tick, 0.0, 0.0, 0.0, force, drag, drift, spring, curvature,
-        exp(2.0 / 3.0 * log(missed)), size_of_five + rest,
+    missed = max(size_of_five * math.sqrt(size_of_five) + rest + of_moments, TINIEST)
+    approach = Approach(
+        b, s, tick, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, force, drag, drift, spring, curvature,
+        exp(2.0 / 3.0 * log(missed)),
     )  # fmt: skip
-    return approach, memory
+    return approach, memory, size_of_five + rest
 
 
 @jit
@@ -278,14 +256,15 @@ def solve_short(host, varied, wall, left, y, out):
     powers = expand_free(body, host.grid, short, wall, longest, change, y)
     if powers == 0:
         return 0.0, 0.0, False
-    approach, memory = approach_at(body, short, wall, (b, s, tick, peak, sign, link), powers)
+    touch = b, s, tick, peak, sign, link
+    approach, memory, shrinks = approach_at(body, short, wall, touch, powers)
     distance = nears(body, walls, short, wall, (longest, powers, impulse, change))
-    if not (approach.shrinks < LARGEST_OF_HOST and distance > 0.0):
+    if not (shrinks < LARGEST_OF_HOST and distance > 0.0):
         return 0.0, 0.0, False
     at = wall * ROOM
     side = HostSide(
         short.arc, kappa, speed, -short.inverse[at + 1], -short.inverse[at + 2], powers, memory,
-        short.numbers,
+        shrinks, short.numbers,
     )  # fmt: skip
     solved, ratio, took, _, _ = solve_arc(side, LEVEL.whole, LEVEL.error, approach)
     if not (solved and took < longest):
@@ -378,15 +357,8 @@ def vary_short(host, varied, side, approach, impact):
 
     impact: (wall, duration [s]).
     """
-    body, short, walls, (wall, took), size = (
-        host.body,
-        host.short,
-        host.walls,
-        impact,
-        host.body.size,
-    )
-    jet, linear, numbers, size = short.jet, short.linear, short.numbers, body.size
-    x = host.grid.rate * took
+    body, short, walls, (wall, took) = host.body, host.short, host.walls, impact
+    jet, numbers, size, x = short.jet, short.numbers, body.size, host.grid.rate * took
     first, sign, link = wall * (ROOM + 1) * size, walls.signs[wall], walls.links[wall]
     powers, left = 1, 0.5 * x * x
     while powers < MOST_POWERS and not left < VARIED_TO:
@@ -398,10 +370,10 @@ def vary_short(host, varied, side, approach, impact):
     sums_of_slopes(side, nodes, approach)
     w, n, m, at = nodes.w, nodes.n, nodes.m, nodes.at
     for k in range(powers + 1):
-        g = sign * along(body, link, short.answers, first + k * size)[1]
-        numbers[ROOM * OF_GAP + k] = g
+        _, numbers[ROOM * OF_GAP + k] = along(body, link, short.answers, first + k * size)
     stiffness = 1.5 * walls.constants[wall].K
     matrix, gap = np.zeros((n, n)), np.zeros((n, powers + 1))
+    linear = np.zeros((powers + 1, powers + 1))  # dJ_k by derivatives of the free gap
     for j in range(n):
         b, t = w[ARC.amplitudes + j], w[ARC.times + j]
         push = stiffness * (b * b * w[at + j]) * w[ARC.slope_t + j]
@@ -409,7 +381,7 @@ def vary_short(host, varied, side, approach, impact):
             back, h = w[ARC.times + i] - t, 0.0
             for k in range(powers, -1, -1):
                 h = (h + numbers[ROOM * OF_GAP + k]) * (back / (k + 1.0))
-            matrix[i, j] = w[at + (NODES.matrix + j) * m + i] * push * h
+            matrix[i, j] = w[at + (NODES.matrix + j) * m + i] * push * (sign * h)
         matrix[j, j] += 1.0
         factor = 1.0
         for k in range(powers + 1):
@@ -420,10 +392,8 @@ def vary_short(host, varied, side, approach, impact):
         return False
     for k in range(powers + 1):
         for p in range(powers + 1):
-            total = 0.0
             for j in range(n):
-                total += w[ARC.slope_b + j] * gap[j, p]
-            linear[ROOM * k + p] = total
+                linear[k, p] += w[ARC.slope_b + j] * gap[j, p]
         for j in range(n):
             w[ARC.slope_b + j] *= (took - w[ARC.times + j]) / (k + 1.0)
     for c in range(2 * size):
@@ -437,7 +407,7 @@ def vary_short(host, varied, side, approach, impact):
         for k in range(powers + 1):
             total = 0.0
             for p in range(powers + 1):
-                total += linear[ROOM * k + p] * numbers[ROOM * OF_GAP + p]
+                total += linear[k, p] * numbers[ROOM * OF_GAP + p]
             numbers[ROOM * OF_MOMENTS + k] = total
         release_state(body, short, wall, powers, took, row)
     return True
@@ -488,7 +458,7 @@ def remember_depths(side, nodes):
 @jit
 def shrinking(side, approach):
     """Return the factor of the next sweep's change: a third of the relative forces (`inside`)."""
-    return approach.shrinks / 3.0
+    return side.shrinks / 3.0
 
 
 @jit

@@ -4,7 +4,8 @@ A kernel marked `by_wall` is the general one. If the file of a law (`laws`) has 
 name, that one is called for walls of this law; the wall is the first argument, or its field `wall`.
 The choice is made when the caller is compiled. A law contains only the kernels in which it differs,
 and no other module names it. Kernels marked `by_flow` give way in the same manner to those for
-hosts, in `host_space` and `host_orbit`: their first argument is a space or a flow.
+hosts, in `host_space`, `host_orbit` and `host_impact`: their first argument is a space, a flow or
+the side of an impact.
 """
 
 from __future__ import annotations

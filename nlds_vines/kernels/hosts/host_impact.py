@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..impact.arc import ARC, LEVEL, NODES
+from ..impact.arc import ARC, FINEST_ERROR, LEVEL, NODES
 from ..impact.impact import LENGTH, Approach, greatest_depth, nodes_of, settle, solve_arc
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST, exp, fifth_root, log
@@ -348,7 +348,8 @@ def release_state(body, short, wall, powers, took, out):
 #     h(t) = sum of g_k t^(k + 1) / (k + 1)!
 #
 # is one linear system for all variations, as the free gap is a polynomial. It is solved once, for
-# each power, with the most nodes: they integrate a free impact's variations to 1e-15.
+# each power, with the most nodes: they integrate a free impact's variations to 1e-15. They are
+# settled to round-off, as a variation of the speed may be a small difference of its parts.
 
 
 @jit
@@ -365,7 +366,7 @@ def vary_short(host, varied, side, approach, impact):
         powers += 1
         left *= x / (powers + 1.0)
     nodes = nodes_of(short.arc, short.arc.levels - 1, LEVEL.whole)
-    if not left < VARIED_TO or not settle(side, nodes, approach, short.arc.settled):
+    if not left < VARIED_TO or not settle(side, nodes, approach, FINEST_ERROR):
         return False
     sums_of_slopes(side, nodes, approach)
     w, n, m, at = nodes.w, nodes.n, nodes.m, nodes.at

@@ -54,7 +54,7 @@ LONGER = 1.1  # bound of the duration of a short impact over that of its free ar
 LARGEST_OF_HOST = 0.5  # greatest sum of the relative forces beside the contact's
 BESIDE = 1.0e-3  # share of an impact's change of state that is more than the error of any r
 VARIED_TO = 1.0e-13  # relative rest of the series of a variation
-ROUND_OFF = 4.0e-15  # of r, relative to the sum of its parts
+ERROR_OF_R = 4.0e-15  # of r, relative to the sum of its parts
 # parts of `numbers`, each with room for all powers: of P and m, divided by k!; J_k; of a_free
 OF_FREE, OF_MEMORY, OF_MOMENTS, OF_GAP = range(4)
 ROOM = MOST_POWERS + 2
@@ -277,7 +277,7 @@ def solve_short(host, varied, wall, left, y, out):
     (r, rate), places = along(body, link, out, 0), abs(walls.gaps[wall])
     for i in range(size):
         places += abs(body.rows[link * size + i] * out[i])
-    off = abs(sign * r - walls.gaps[wall]) - ROUND_OFF * places
+    off = abs(sign * r - walls.gaps[wall]) - ERROR_OF_R * places
     if not max(off, 0.0) + took * abs(sign * rate + outward) <= took * s * short.arc.tolerance:
         return 0.0, 0.0, False
     is_varied = False

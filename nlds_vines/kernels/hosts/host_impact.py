@@ -397,7 +397,7 @@ def vary_short(host, varied, side, approach, impact):
                 linear[k, p] += w[ARC.slope_b + j] * gap[j, p]
         for j in range(n):
             w[ARC.slope_b + j] *= (took - w[ARC.times + j]) / (k + 1.0)
-    for c in range(2 * size):
+    for c in range(varied.number):
         row = from_place(varied.rows, 2 * size * c)
         for i in range(2 * size):
             jet[i] = row[i]

@@ -41,8 +41,8 @@ class HostSectionMap(SectionMap):
     Derivatives with respect to the state are variations.  Those with respect to parameters are
     one-sided differences of order four of orbits with equal impacts, with steps that shrink until
     differences of order two agree; against derivatives of kinds they are exact to some 1e-8 of the
-    largest number (`tests/continuation/test_hosts.py`).  Newton's method needs no more, and no
-    residual depends on them.
+    largest number (`tests/continuation/test_branches_of_hosts.py`).  Newton's method needs no more,
+    and no residual depends on them.
     """
 
     def __init__(

@@ -181,7 +181,8 @@ def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays
     from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
 
     system = orbit.system
-    states, section = orbit.trajectory, orbit.trajectory[SAMPLES - 1 :: SAMPLES]
+    states = orbit.trajectory
+    section = np.ascontiguousarray(states[SAMPLES - 1 :: SAMPLES])
     n = int(period_of(section, TOLERANCE))
     cycle, usable = n or len(section), len(states) - len(states) % (max(n, 1) * SAMPLES)
     *_, last_body = (curve for curve in curves if not curve.is_apart)

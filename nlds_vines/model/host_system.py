@@ -195,6 +195,8 @@ class Damper:
                     f"its walls overlap by {overlap:g} m: the sum of their gaps must be >= 0"
                 )
             self.__dict__["walls"] = walls
+            if not has_mass:
+                self.__dict__["attached_to"] = tuple(ends)
 
     @property
     def own(self) -> dict[str, float]:

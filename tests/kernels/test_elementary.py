@@ -92,6 +92,7 @@ json.dump(printed, sys.stdout)
 """
 
 
+@pytest.mark.slow("two processes, of which one compiles short impacts")
 def test_compiled_and_uncompiled_give_the_same_bits():
     """Of the functions, and of variations through short impacts."""
     argument = json.dumps({name: arguments(name)[::5] for name in FUNCTIONS})

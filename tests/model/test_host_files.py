@@ -221,8 +221,6 @@ def test_no_value_in_a_file_raises_anything_but_one_line(table):
     [
         lambda path: nv.response_curves([path]),
         lambda path: nv.transient_lifetimes(path),
-        lambda path: nv.orbit_portrait(path),
-        lambda path: nv.continue_branch(path, parameter="omega", bounds=(5.0, 9.0)),
         lambda path: nv.slow_manifold(path),
     ],
 )
@@ -234,6 +232,12 @@ def test_tasks_for_one_damper_refuse_hosts_in_one_line(tmp_path, task):
             nv.RequestError, match="kind 'host' is not possible here; allowed: none"
         ):
             task(source)
+
+
+def test_the_two_ends_of_a_damper_are_a_tuple_as_in_python(tmp_path):
+    path = tmp_path / "frame.toml"
+    path.write_text(FILE)
+    assert nv.load_system(path).dampers[1].attached_to == ("floor2", "ground")
 
 
 @pytest.mark.kernels

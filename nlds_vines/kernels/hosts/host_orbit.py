@@ -379,11 +379,8 @@ def departs(flow, before, now, n):
     Those of an orbit that approaches a cycle become nearer. before, now: sections, n periods apart.
     They cost no variations, unlike Newton's method, which from chaos finds saddles.
     """
-    state, earlier, nothing = (
-        new_host_state(flow),
-        np.empty(flow.space.size),
-        no_section(flow.space),
-    )
+    state, earlier = new_host_state(flow), np.empty(flow.space.size)
+    nothing = no_section(flow.space)
     place_host_state(flow, now, state)
     apart = distance(flow.space, now, before)
     for _ in range(0, LOOKED_ON, n):

@@ -272,6 +272,8 @@ def loop(host, varied, watch, span, state, section):
             total += abs(y[i])
         if not total < HUGE:
             return DIVERGED
+    if span.periods == 0:
+        impacts.filled[0] = 0
     write_contacts(walls, contacts, state, 2 * size)
     return OK
 

@@ -32,15 +32,18 @@ KINDS = [
 ]
 
 
+def rest_of(system):
+    """Return the rest of a kind as a state of `as_host`, in which u is 0 at the relaxed spring."""
+    start = nv.simulate(system, 0, quiet=True).state
+    start[2:3] -= system.rest or 0.0
+    return start
+
+
 @pytest.mark.parametrize(("name", "changes"), KINDS)
 def test_a_host_of_one_degree_of_freedom_is_a_system_of_one_damper(name, changes):
     system = nv.load_system(name, **changes)
     exact = nv.simulate(system, 12, tolerance=1e-12, quiet=True)
-    start = nv.simulate(
-        system, 0, quiet=True
-    ).state  # the host's u is 0 where its spring is at rest
-    start[2:3] -= system.rest or 0.0
-    orbit = nv.simulate(as_host(system), 12, start=start, tolerance=1e-12, quiet=True)
+    orbit = nv.simulate(as_host(system), 12, start=rest_of(system), tolerance=1e-12, quiet=True)
     section = orbit.section[:, : exact.section.shape[1]].copy()
     if system.rest is not None:
         section[:, 2] += system.rest

@@ -226,7 +226,7 @@ def checked_state(value: object) -> tuple[float, ...]:
 def table(
     what: str, value: object, keys: Iterable[str] | None = None, needed: Iterable[str] = ()
 ) -> Mapping[str, Any]:
-    """Return `value` if it is a mapping from strings, among `keys` if given, the `needed` ones."""
+    """Return `value` if it is a mapping with only `keys`, any if None, and all `needed` ones."""
     if not isinstance(value, Mapping):
         raise RequestError(f"{what} = {shown(value)} must be a table")
     allowed = None if keys is None else list(keys)

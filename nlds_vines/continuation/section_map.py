@@ -100,7 +100,7 @@ class SectionMap:
         self.size = len(self.scene.components)
         self.since = 0.0
         self.of_gap = 2 if self.size == 4 else 0  # the component of a state that walls limit
-        # whether impacts are rigid: then states are taken in flight (`arclength`)
+        # If impacts are rigid, `arclength` shoots from states in flight.
         self.is_rigid = bool(self.scene.walls) and any(law.instant for law in self.scene.laws)
         self._template = np.atleast_1d(self.system.cells())  # the cell record of the system itself
         self._parts = parts_of("exact", self.scene, settings)

@@ -19,11 +19,12 @@ from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, at, from_text, number
-from nlds_vines.model.catalog import as_system
-from nlds_vines.model.parameters import CONTACT, HERTZ, setting_in_words
+from nlds_vines.model.catalog import AnySystem, any_system
+from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.parameters import CONTACT, FORCE, GROUND, HERTZ, setting_in_words
 from nlds_vines.model.scenes import BASES
 from nlds_vines.model.setting import settings_of
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import system_in_words
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 def transient_lifetimes(
-    system: System | str | os.PathLike[str] | None = None,
+    system: AnySystem | str | os.PathLike[str] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     starts: int = STARTS,
@@ -71,7 +72,7 @@ def transient_lifetimes(
 
     Parameters
     ----------
-    system : System, str or path-like, optional
+    system : System, HostSystem, str or path-like, optional
         A system, its name or TOML file; by default SSul NES Set 6.
     to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
@@ -158,15 +159,18 @@ class Job(bifurcation.Job):
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     """Return the scan of one cell that computes an ensemble of a system."""
     named = changes.pop("system", None) or (_SYSTEM if source is None else source)
-    system = as_system(named)
+    system = any_system(named)
     with at(f"{changes_from}: [set]"):
         system = system.with_(**changes.pop("set", {}))
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
     p = system.parameters
-    shown = {name: p[name] for name in ("omega", "P", "Y", *BASES) if name in p}
-    if system.scene.law == HERTZ and system.scene.walls:
-        shown["K"] = system.K
-    shown |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
+    shown = {name: p[name] for name in ("omega", "P", "Y", *BASES, GROUND) if name in p}
+    if isinstance(system, HostSystem):
+        shown |= {name: P for name, P in p.items() if name.startswith(f"{FORCE}.")}
+    else:
+        if system.scene.law == HERTZ and system.scene.walls:
+            shown["K"] = system.K
+        shown |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
     words = [system_in_words(system), *(setting_in_words(*item) for item in shown.items())]
     document = {
         "title": f"{', '.join(words)}: {start['count']} starts",

@@ -1,7 +1,10 @@
 """Ctrl-C and SIGTERM: each task ends within two seconds, also in a compiled loop, and says so."""
 
+import array
+import fcntl
 import os
 import signal
+import termios
 import threading
 import time
 from pathlib import Path
@@ -26,10 +29,22 @@ def cpu_seconds(process):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def begun(arguments, folder, until=lambda: True):
+def has_printed(process):
+    """Return True if a process has printed what nobody has read."""
+    count = array.array("i", [0])
+    fcntl.ioctl(process.stdout, termios.FIONREAD, count)
+    return count[0] > 0
+
+
+def has_a_compiler(process):
+    """Return True if a process has loaded Numba's compiler."""
+    return "llvmlite" in Path(f"/proc/{process.pid}/maps").read_text("utf-8")
+
+
+def begun(arguments, folder, until=lambda process: True):
     """Start Python with these arguments; return the process when it computes.
 
-    That is when `until()` holds and it has used two seconds of processor time since.
+    That is when `until(process)` holds and it has used two seconds of processor time since.
     """
     process = started(*arguments, cwd=folder)
     last, since = time.monotonic() + 120, None
@@ -37,7 +52,7 @@ def begun(arguments, folder, until=lambda: True):
         time.sleep(0.05)
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < last
-        if since is None and until():
+        if since is None and until(process):
             since = cpu_seconds(process)
     return process
 
@@ -99,7 +114,8 @@ def test_a_task_ends_within_two_seconds(task, number, tmp_path):
         assert done.returncode in (0, 1), done.stderr
     (tmp_path / "scan.toml").write_text(SLOW_SCAN, "utf-8")
     output = [] if task in KEEPS_NOTHING else ["-o", "long.h5"]
-    process = begun([*words, *long.split(), *output], tmp_path)
+    until = has_printed if task == "explore" else has_a_compiler
+    process = begun([*words, *long.split(), *output], tmp_path, until)
     began = time.monotonic()
     process.send_signal(number)
     try:
@@ -152,7 +168,7 @@ RUNS = ("scan", "response_history", "tune", "continue_branch")
 @pytest.mark.parametrize("call", CALLS)
 def test_ctrl_c_ends_a_call_in_python_and_the_session_goes_on(call, tmp_path):
     program = PYTHON.format(short=100, long=LONG, call=CALLS[call])
-    process = begun(["-c", program], tmp_path, (tmp_path / "begun").exists)
+    process = begun(["-c", program], tmp_path, lambda process: (tmp_path / "begun").exists())
     began = time.monotonic()
     process.send_signal(signal.SIGINT)
     line = process.stdout.readline()

@@ -34,7 +34,6 @@ from nlds_vines.model.system import System as System
 from nlds_vines.orbits.classification import LyapunovSpectrum as LyapunovSpectrum
 from nlds_vines.orbits.classification import Regime as Regime
 from nlds_vines.orbits.classification import classify as classify
-from nlds_vines.orbits.host_orbits import HostOrbit as HostOrbit
 from nlds_vines.orbits.simulation import IntegrationError as IntegrationError
 from nlds_vines.orbits.simulation import Orbit as Orbit
 from nlds_vines.orbits.simulation import simulate as simulate

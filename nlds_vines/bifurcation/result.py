@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.orbits.host_orbits import HostOrbit
     from nlds_vines.orbits.simulation import Beginning, HostBeginning, Orbit
 
 
@@ -205,9 +204,7 @@ class CellOrbit:
     start: str  # its name
     label: str = ""  # in the archive; empty if none is recorded
 
-    def orbit(
-        self, record: Collection[str] | None = None, quiet: bool = False
-    ) -> Orbit | HostOrbit:
+    def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
         from nlds_vines.orbits.simulation import checked_record
 
         words, scan = checked_record(self.begin.system, record), self.scan
@@ -215,7 +212,7 @@ class CellOrbit:
             raise RequestError("the scan records no response, so no displacement is named")
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
 
-    def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit | HostOrbit:
+    def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
         """Return the orbit from one forcing period to another with states in between.
 
         These end steps of the integration, which would change a chaotic orbit: each period is
@@ -247,7 +244,7 @@ def orbit_of(
     record: Collection[str] | None = None,
     quiet: bool = False,
     **values: float,
-) -> Orbit | HostOrbit:
+) -> Orbit:
     """Return the orbit of a cell of a scan's archive, equal to that of the scan to the last bit.
 
     The orbit is computed again, over the transient and the periods of the scan; in a sweep, all
@@ -269,7 +266,7 @@ def orbit_of(
 
     Returns
     -------
-    Orbit or HostOrbit
+    Orbit
         The section, impacts and other records, as `simulate` returns them.
 
     Raises

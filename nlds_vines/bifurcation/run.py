@@ -234,12 +234,14 @@ class Computer:
                 arrays |= responses.arrays_of(buffers.response, scan.system.scene, chains)
             if buffers.cycle is not None:
                 arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
-                arrays["impact_count"] = by_wall.sum(axis=-1)
-                arrays["impacts_by_wall"] = scan.system.scene.by_damper(by_wall)
+                arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
             if buffers.counts is not None:
                 arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
             if outputs.evidence is not None:
                 arrays |= self.kernels.verdicts(outputs, chains)
+            if "impacts_by_wall" in arrays:
+                by_damper = scan.system.scene.by_damper(arrays["impacts_by_wall"])
+                arrays["impacts_by_wall"] = by_damper
         if "spectra_agree" in datasets:
             regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
             arrays["spectra_agree"] = agreement(regimes, n, labels, scan.periods)

@@ -103,12 +103,6 @@ class Outputs:
         counts = self.buffers.counts
         return np.zeros((*self.status.shape, 2), np.int64) if counts is None else counts[..., :-1]
 
-    def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
-        assert self.evidence is not None
-        size = self.buffers.section.shape[-1]
-        return verdict_arrays(self.status, self.evidence, self.by_wall, cells, size)
-
 
 def records_of(cells: np.ndarray) -> np.recarray:
     """Return cells as kernels take them, copied if read-only, as Numba would compile anew."""
@@ -167,10 +161,15 @@ class Kernels:
 
     def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
-        return outputs.verdicts(cells)
+        assert outputs.evidence is not None
+        layout = layout_of(len(self._wanted.scene.components))
+        arguments = outputs.status, outputs.evidence, outputs.by_wall, cells["omega"]
+        arrays = evidence_arrays(*arguments, layout)
+        arrays["orbit_point"] = self.user_states(cells, arrays["orbit_point"])
+        return arrays
 
     def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Return states of the kernels (n, 4) of `cells` (n,) in the user's coordinates."""
+        """Return states of the kernels (..., 4) of `cells` (...) in the user's coordinates."""
         return user_states(cells, states, self._wanted.scene)
 
     def states(
@@ -269,27 +268,10 @@ def multipliers_of(rows: np.ndarray, size: int, width: int = 4) -> tuple[np.ndar
 
 
 def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the labels alone, strings in an object array (arguments as of `verdict_arrays`)."""
+    """Return the labels alone, strings in an object array (arguments as of `evidence_arrays`)."""
     layout, rows = layout_of(4), _without_failed(status, rows)
     labels: np.ndarray = _regimes_of(status, rows, counts, layout)["label"]
     return labels
-
-
-def verdict_arrays(
-    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, cells: np.ndarray, size: int
-) -> dict[str, np.ndarray]:
-    """Return the datasets of verdicts by name.
-
-    Arguments: `status` (...); `rows` of evidence (..., LENGTH_OF_ROW); impact `counts` (..., 2) of
-    the sampled window; the `cells` (...); the `size` of a state.
-    """
-    arrays = evidence_arrays(status, rows, counts, cells["omega"], layout_of(size))
-    y = arrays["orbit_point"]
-    arrays["orbit_point"] = y[..., :size].copy()  # x1, v1, x2, v2
-    if size == 4:
-        arrays["orbit_point"][..., 2] = y[..., 0] - y[..., 2] + cells["rest"]
-        arrays["orbit_point"][..., 3] = y[..., 1] - y[..., 3]
-    return arrays
 
 
 def evidence_arrays(

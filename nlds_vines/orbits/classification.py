@@ -15,14 +15,14 @@ from nlds_vines.errors import choice, whole
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.catalog import any_system, without_hosts
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.batch import Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, follow_host
+from nlds_vines.orbits.host_batch import kernels_for
+from nlds_vines.orbits.host_orbits import HostOrbits
 from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
@@ -261,42 +261,24 @@ def classify(
     methods = METHODS[:1] if isinstance(system, HostSystem) else METHODS
     how = choice("method", method, methods), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
+    kernels = kernels_for(system, Wanted(system.scene, USUAL, *how, settings), notice(quiet))
     if isinstance(system, HostSystem):
-        orbits = HostOrbits(system, settings.stepped_to)
-        y, span = orbits.start(start), Span(before, sampled, 1)
-        tell, records = notice(quiet), orbits.records(True, ())
-        status, section, impacts, row = follow_host(orbits, y, span, tell, records, effort)
-        if status != OK:
-            raise IntegrationError.of(system, status)
-        omega, counts = np.array([system.omega]), impacts.counts[np.newaxis]
-        datasets = orbits.verdicts(np.array([status]), row[np.newaxis], counts, omega)
-        evidence = {name: values[0] for name, values in datasets.items()}
-        by_wall = dict(zip(orbits.names, evidence["impacts_by_wall"].tolist(), strict=True))
-        assert records is not None
-        energies = energies_of(records, system)
-        return _regime(system, evidence, by_wall, energies, orbits.states(section[-1]))
-    kernels = Kernels(Wanted(system.scene, USUAL, *how, settings), notice(quiet))
+        HostOrbits(system).start(start)  # refuses what is inside a rigid wall
+        state = np.zeros(len(system.scene.components)) if start is None else np.array(start, float)
+    else:
+        state = start_state(system, system.cell.rest, start)[:4]
     cells = np.atleast_2d(system.cells())
-    state = start_state(system, float(cells["rest"][0, 0]), start)
-    outputs = kernels.run(cells, state[np.newaxis, :4], before, sampled)
-    code = int(outputs.status[0, 0])
-    if code != OK:
+    outputs = kernels.run(cells, state[np.newaxis], before, sampled)
+    if (code := int(outputs.status[0, 0])) != OK:
         raise IntegrationError.of(system, code)
-    evidence = {name: values[0, 0] for name, values in outputs.verdicts(cells).items()}
-    near, far = evidence["impacts_by_wall"].tolist()
-    E1max, E2max = outputs.buffers.energy[0, 0].tolist()
-    last = outputs.buffers.section[0, 0, -1].copy()
-    return _regime(system, evidence, (near, far), (E1max, E2max), last)
-
-
-def _regime(
-    system: System | HostSystem,
-    evidence: Mapping[str, Any],
-    by_wall: tuple[int, int] | Mapping[tuple[str, str], int],
-    energies: tuple[float, float | np.ndarray],
-    last: np.ndarray,
-) -> Regime:
-    """Return the regime of an orbit from its datasets; last: its last state."""
+    evidence = {name: values[0, 0] for name, values in kernels.verdicts(outputs, cells).items()}
+    E1max, *E2max = outputs.buffers.energy[0, 0].tolist()
+    counts = evidence["impacts_by_wall"].tolist()
+    by_wall: Any = tuple(counts)
+    of_dampers = E2max[0]
+    if isinstance(system, HostSystem):
+        by_wall = dict(zip(system.scene.of_walls, counts, strict=True))
+        of_dampers = np.array(E2max[: len(system.dampers)])
     periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
     return Regime(
         system=system,
@@ -307,10 +289,10 @@ def _regime(
         impacts_by_wall=by_wall,
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
         exponents=evidence["exponents"],
-        E1max=energies[0],
-        E2max=energies[1],
+        E1max=E1max,
+        E2max=of_dampers,
         point=evidence["orbit_point"] if periodic else None,
-        state=evidence["orbit_point"] if periodic else last,
+        state=evidence["orbit_point"] if periodic else outputs.buffers.section[0, 0, -1].copy(),
         clearance=float(evidence["orbit_clearance"]),
         softest=float(evidence["softest_impact"]),
         settling=int(evidence["settling"]),

@@ -23,6 +23,7 @@ from nlds_vines.orbits.batch import (
     Outcome,
     Outputs,
     Wanted,
+    evidence_arrays,
     on_threads,
 )
 from nlds_vines.orbits.host_orbits import (
@@ -91,10 +92,10 @@ class HostKernels:
 
     def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         assert outputs.evidence is not None
-        counts = outputs.by_wall[..., : self._wanted.scene.counted_walls]
-        arguments = outputs.status, outputs.evidence, counts, cells["omega"]
-        arrays = HostOrbits(self._system).verdicts(*arguments)
-        arrays["impacts_by_wall"] = self._wanted.scene.by_damper(arrays["impacts_by_wall"])
+        orbits, counts = HostOrbits(self._system), outputs.by_wall
+        arguments = outputs.status, outputs.evidence, counts[..., : orbits.walls.number]
+        arrays = evidence_arrays(*arguments, cells["omega"], orbits.layout)
+        arrays["orbit_point"] = orbits.states(arrays["orbit_point"])
         return arrays
 
     def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:

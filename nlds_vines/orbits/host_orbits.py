@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
@@ -27,7 +24,7 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
-from nlds_vines.orbits.batch import Layout, evidence_arrays
+from nlds_vines.orbits.batch import Layout
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.records import HOST_IMPACT, NOTED
@@ -36,10 +33,6 @@ from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
 from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "response", "trajectory")
 
@@ -54,118 +47,6 @@ LAWS_IN_KERNELS = ("hertz", "power", "linear", "kelvin-voigt", "restitution")
 """The laws of walls in the order of the numbers of `kernels.hosts.walls`."""
 
 _CONSTANTS = np.dtype([(name, float) for name in CONSTANTS])
-
-
-@dataclass(frozen=True, repr=False)
-class Recorded(Outlined):
-    """What `simulate` records of any system; None if it was not asked for."""
-
-    system: Any
-    state: np.ndarray
-    section: np.ndarray | None = None
-    impacts: np.ndarray | None = None
-    E1max: float | None = None
-    E2max: Any = None  # [J]; of a host (dampers,)
-    response: Mapping[str, Any] | None = None
-    trajectory: np.ndarray | None = None
-    time: np.ndarray | None = None
-    transient: int = 0
-
-    def heading(self) -> str:
-        return f"of {self.system.heading()}"
-
-    def outline(self) -> Rows:
-        names = self.system.scene.components
-        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
-        arrays = {name: getattr(self, name) for name in ("section", "impacts", "trajectory")}
-        present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
-        if present:
-            yield "recorded", ", ".join(present)
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
-
-        Parameters
-        ----------
-        show : str, optional
-            Names of panels, separated by commas.  By default displacement, relative displacement,
-            section and section at impact, as far as the orbit records them.
-        ax : matplotlib.axes.Axes, optional
-            Axes for one panel.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            The picture, or the figure of `ax`.  Without a trajectory, histories are the states at
-            t = nT.
-
-        Raises
-        ------
-        RequestError
-            If the orbit records neither section nor trajectory, or not what `show` names.
-
-        Examples
-        --------
-        >>> import nlds_vines as nv
-        >>> orbit = nv.simulate("ssul-set6", 9, transient=200, omega=5.5, quiet=True)
-        >>> [axes.get_label() for axes in orbit.plot().axes]
-        ['displacement', 'relative', 'section', 'impact-section']
-        """
-        figure: Figure = import_module("nlds_vines.portrait.picture").draw_orbit(self, show, ax)
-        return figure
-
-
-class HostOrbit(Recorded):
-    """An orbit of a host from `simulate`; attributes that were not recorded are None.
-
-    Attributes
-    ----------
-    system : HostSystem
-        The system.
-    state : (components,) ndarray
-        The last state, in the order of `system.scene.components` [m, m/s].
-    section : (periods, components) ndarray
-        The states at t = T, 2T, ..., counted from the end of the transient.
-    impacts : ndarray of dtype `records.HOST_IMPACT`
-        One row per touch: `damper`; `wall`, its side; times `touch` and `release` [s] from the
-        start of the transient, approach `speed` [m/s], largest `force` [N] and `depth` [m].  If an
-        impact lasts beyond the end, `release` is NaN; of a rigid wall the force is infinite.
-    E1max : float
-        Largest energy of the host [J], kinetic and of its stiffness K, exact in time, without the
-        transient.
-    E2max : (dampers,) ndarray
-        The same of each damper's mass, with its spring stretched by its own displacement, as in
-        equation (6); 0 of a damper without a mass.
-    response : mapping
-        For each displacement of `of`, `x_max` and `x_rms`, the largest and the rms one [m], and
-        `a_max`, the largest absolute acceleration [m/s^2], without the transient.  Largest values
-        are exact in time; where rigid walls are struck accelerations are those before and after.
-    trajectory : (periods samples, components) ndarray
-        `samples` equidistant states of each period, the last one at its end.
-    time : (periods samples,) ndarray
-        Their times [s] from the start of the transient.
-    transient : int
-        Forcing periods before those that are recorded.
-
-    Examples
-    --------
-    >>> import nlds_vines as nv
-    >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
-    >>> cell = nv.Damper("cell", attached_to="roof", m=900.0, walls=[nv.Wall(0.05, K=1e8)])
-    >>> system = nv.System.from_host(frame, [cell], force={"roof": 7e3}, omega=12.6)
-    >>> nv.simulate(system, 4, quiet=True).section.shape
-    (4, 8)
-    """
-
-    def outline(self) -> Rows:
-        """Return the last state and the records, arrays by their shapes."""
-        yield from super().outline()
-        if self.E1max is not None:
-            dampers = [f"E2max of {damper.name}" for damper in self.system.dampers]
-            energies = dict(zip(dampers, self.E2max.tolist(), strict=True))
-            yield "energies [J]", numbers({"E1max": self.E1max, **energies})
-        for row, values in (self.response or {}).items():
-            yield f"{row} [m, m/s^2]", numbers(values)
 
 
 class HostOrbits:
@@ -330,14 +211,6 @@ class HostOrbits:
         N, count = 2 * self.size, self.walls.number
         impacts = codes.EXPONENTS + N * (N + 2)
         return Layout(N, N, slice(impacts, impacts + count), tuple(self.walls.links.tolist()))
-
-    def verdicts(
-        self, status: np.ndarray, rows: np.ndarray, counts: np.ndarray, omega: np.ndarray
-    ) -> dict[str, np.ndarray]:
-        """Return the datasets of verdicts; arguments as of `batch.evidence_arrays`."""
-        arrays = evidence_arrays(status, rows, counts, omega, self.layout)
-        arrays["orbit_point"] = self.states(arrays["orbit_point"])
-        return arrays
 
     def states(self, inner: np.ndarray) -> np.ndarray:
         """Return states (..., components) of the kernels' (..., 2 size)."""

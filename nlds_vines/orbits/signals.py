@@ -157,7 +157,7 @@ def displaced(row: np.ndarray, states: np.ndarray, part: int) -> np.ndarray:
 
 
 def energy_of_host(system: HostSystem, states: np.ndarray) -> np.ndarray:
-    """Return (V^T M V + X^T K X) / 2 [J], as `HostOrbit.E1max`."""
+    """Return (V^T M V + X^T K X) / 2 [J], as `Orbit.E1max`."""
     total = np.zeros(len(states))
     for matrix, part in ((system.host.M, 1), (system.host.K, 0)):
         for i, j in zip(*np.nonzero(matrix), strict=True):
@@ -166,7 +166,7 @@ def energy_of_host(system: HostSystem, states: np.ndarray) -> np.ndarray:
 
 
 def _energy_of_mass(system: HostSystem, damper: Damper, states: np.ndarray) -> np.ndarray:
-    """Return (m v^2 + k x^2) / 2 [J], as `HostOrbit.E2max`."""
+    """Return (m v^2 + k x^2) / 2 [J], as `Orbit.E2max`."""
     row, _ = system.displacement(damper.name)
     x, v = displaced(row, states, 0), displaced(row, states, 1)
     return 0.5 * (float(damper.m or 0.0) * v**2 + damper.k * x**2)

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 import os
-import typing
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.archives.representation import Rows, numbers
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, library, shown, unknown, whole
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
-from nlds_vines.model.catalog import any_system
+from nlds_vines.model.catalog import any_system, without_hosts
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -27,9 +27,7 @@ from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.host_orbits import RECORDS as HOST_RECORDS
 from nlds_vines.orbits.host_orbits import (
     RESPONSE,
-    HostOrbit,
     HostOrbits,
-    Recorded,
     energies_of,
     follow_host,
     response_of,
@@ -47,6 +45,10 @@ from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.orbits.starts import ROUND_OFF
 from nlds_vines.runs.interrupts import stoppable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 
@@ -80,34 +82,41 @@ class IntegrationError(RuntimeError):
 
 
 @dataclass(frozen=True, repr=False)
-class Orbit(Recorded):
+class Orbit(Outlined):
     """An orbit from `simulate`; attributes that were not recorded are None.
 
     Attributes
     ----------
-    system : System
+    system : System or HostSystem
         The system.
-    state : (4,) ndarray
-        The last state x1, v1, x2, v2 [m, m/s]; without a damper x1, v1 (or x, v).
-    section : (periods, 4) ndarray
+    state : (components,) ndarray
+        The last state x1, v1, x2, v2 [m, m/s]; without a damper x1, v1 (or x, v); of a host its
+        `scene.components`.
+    section : (periods, components) ndarray
         The states at t = T, 2T, ..., counted from the end of the transient.
-    impacts : ndarray of dtype `records.IMPACT`
-        One row per touch: `wall` (name of the struck body), times `touch` and `release` [s] from
-        the start of the transient, approach `speed` [m/s], peak `force` [N], `depth` [m], changes
-        `gain1`, `gain2` of E1 and E2 [J].  If an impact lasts beyond the end, `release` is NaN, and
-        force and depth are the largest up to the end.
+    impacts : ndarray of dtype `records.IMPACT`, of a host `records.HOST_IMPACT`
+        One row per touch: `wall` (name of the struck body; of a host `damper`, and the side of its
+        wall), times `touch` and `release` [s] from the start of the transient, approach `speed`
+        [m/s], peak `force` [N], `depth` [m], changes `gain1`, `gain2` of E1 and E2 [J], but of
+        hosts.  If an impact lasts beyond the end, `release` is NaN, and force and depth are the
+        largest up to the end.  Of a host's rigid wall the force is infinite.
     E1max, E2max : float
-        Largest energies [J], equation (6), exact in time, without the transient.
+        Largest energies [J], equation (6), exact in time, without the transient.  Of a host E1max
+        is kinetic and of its stiffness K, and E2max (dampers,) that of each damper's mass, with its
+        spring stretched by its own displacement; 0 of a damper without a mass.
     E1peak, E2peak : float
-        The same, including the transient.
+        The same, including the transient; not of hosts.
     response : mapping
         Largest and rms displacements, velocities, accelerations, forces and powers by name
-        (`responses.quantities_of`), without the transient.
+        (`responses.quantities_of`), without the transient.  Of a host, for each displacement of
+        `of`, `x_max` and `x_rms`, the largest and the rms one [m], and `a_max`, the largest
+        absolute acceleration [m/s^2].  Largest values are exact in time; where rigid walls of hosts
+        are struck accelerations are those before and after.
     clearance : float
-        Smallest distance [m] of a pass that misses a wall; inf if there is none.
+        Smallest distance [m] of a pass that misses a wall; inf if there is none; not of hosts.
     violation : Violation
         Number, first time [s] and depth [m] of violations, if the scene has a limit.
-    trajectory : (periods samples, 4) ndarray
+    trajectory : (periods samples, components) ndarray
         `samples` equidistant states of each period, the last one at its end.
     time : (periods samples,) ndarray
         Their times [s] from the start of the transient.
@@ -122,22 +131,79 @@ class Orbit(Recorded):
     ((2, 4), 2, 'obstacle')
     """
 
+    system: Any
+    state: np.ndarray
+    section: np.ndarray | None = None
+    impacts: np.ndarray | None = None
+    E1max: float | None = None
+    E2max: Any = None
     E1peak: float | None = None
     E2peak: float | None = None
+    response: Mapping[str, Any] | None = None
     clearance: float | None = None
     violation: Violation | None = None
+    trajectory: np.ndarray | None = None
+    time: np.ndarray | None = None
+    transient: int = 0
+
+    def heading(self) -> str:
+        """Return that of the system."""
+        return f"of {self.system.heading()}"
 
     def outline(self) -> Rows:
         """Return the last state and the records, arrays by their shapes."""
-        yield from super().outline()
+        names, is_host = self.system.scene.components, isinstance(self.system, HostSystem)
+        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
+        arrays = {name: getattr(self, name) for name in ("section", "impacts", "trajectory")}
+        present = [f"{name} {array.shape}" for name, array in arrays.items() if array is not None]
+        if present:
+            yield "recorded", ", ".join(present)
         of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
-        if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:
+        energies = {name: e for name in of_bodies if (e := getattr(self, name)) is not None}
+        if energies and is_host:
+            dampers = [f"E2max of {damper.name}" for damper in self.system.dampers]
+            energies |= dict(zip(dampers, energies.pop("E2max").tolist(), strict=True))
+        if energies:
             yield "energies [J]", numbers(energies)
+        for row, values in (self.response or {}).items() if is_host else ():
+            yield f"{row} [m, m/s^2]", numbers(values)
         others = {} if self.clearance is None else {"clearance [m]": self.clearance}
         if self.violation is not None:
             others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
         if others:
             yield "limits", numbers(others)
+
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
+
+        Parameters
+        ----------
+        show : str, optional
+            Names of panels, separated by commas.  By default displacement, relative displacement,
+            section and section at impact, as far as the orbit records them.
+        ax : matplotlib.axes.Axes, optional
+            Axes for one panel.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture, or the figure of `ax`.  Without a trajectory, histories are the states at
+            t = nT.
+
+        Raises
+        ------
+        RequestError
+            If the orbit records neither section nor trajectory, or not what `show` names.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> orbit = nv.simulate("ssul-set6", 9, transient=200, omega=5.5, quiet=True)
+        >>> [axes.get_label() for axes in orbit.plot().axes]
+        ['displacement', 'relative', 'section', 'impact-section']
+        """
+        figure: Figure = import_module("nlds_vines.portrait.picture").draw_orbit(self, show, ax)
+        return figure
 
     def to_dataframe(self) -> Any:
         """Return the trajectory as a table; needs the extra `xarray`.
@@ -153,11 +219,12 @@ class Orbit(Recorded):
         Raises
         ------
         RequestError
-            If there is no trajectory, or no pandas.
+            If there is no trajectory, or no pandas, and for a host.
         """
         if self.trajectory is None or self.time is None:
             raise RequestError("no trajectory: simulate the orbit with 'trajectory' in record")
-        names, system = self.system.scene.components, self.system
+        system = without_hosts(self.system)
+        names = system.scene.components
         columns = dict(zip(names, self.trajectory.T, strict=True))
         turns = self.time * (system.parameters["omega"] / (2.0 * np.pi))
         phase, force = 2.0 * np.pi * (turns % 1.0), responses.harmonic_force(system, self.time)
@@ -171,14 +238,6 @@ class Orbit(Recorded):
         units |= {"time": "s", "phase": "rad", **dict.fromkeys(("force", *by_wall), "N")}
         frame.attrs = {"title": system.heading(), "units": units}
         return frame
-
-
-@typing.overload
-def simulate(system: HostSystem, periods: int, **options: Any) -> HostOrbit: ...
-
-
-@typing.overload
-def simulate(system: System | str | os.PathLike[str], periods: int, **options: Any) -> Orbit: ...
 
 
 def simulate(
@@ -197,7 +256,7 @@ def simulate(
     of: Sequence[str] = (),
     quiet: bool = False,
     **overrides: float | str,
-) -> Orbit | HostOrbit:
+) -> Orbit:
     """Integrate one orbit over forcing periods.
 
     Parameters
@@ -239,8 +298,8 @@ def simulate(
 
     Returns
     -------
-    Orbit or HostOrbit
-        The last state and the records; of a host section and impacts.
+    Orbit
+        The last state and the records.
 
     Raises
     ------
@@ -306,7 +365,7 @@ class HostBeginning(NamedTuple):
         samples: int = 1,
         *,
         quiet: bool = True,
-    ) -> HostOrbit:
+    ) -> Orbit:
         """Integrate the orbit as `simulate` does; raise `IntegrationError` if that fails."""
         system, has_all = self.system, "trajectory" in record
         span = Span(transient, periods, samples if has_all else 1)
@@ -329,7 +388,7 @@ class HostBeginning(NamedTuple):
                 for row, values in zip(rows, table, strict=True)
             }
         count = span.first * span.stops + 1 + np.arange(len(states))
-        return HostOrbit(
+        return Orbit(
             system,
             orbits.states(state),
             section=states[span.stops - 1 :: span.stops] if "section" in record else None,
@@ -443,14 +502,12 @@ def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> i
         return run_cell(*arguments)
 
 
-def spectrum(
-    orbit: Orbit | HostOrbit, signal: str = "x1", *, window: str = "rectangular"
-) -> Spectrum:
+def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
     """Return the spectrum of a signal along an orbit.
 
     Parameters
     ----------
-    orbit : Orbit or HostOrbit
+    orbit : Orbit
         From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
         of n periods, each line lies on a bin and none leaks.
     signal : str

@@ -217,7 +217,7 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
 
 
 def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return states of the kernels (n, 4) in the user's coordinates (n, components)."""
+    """Return states of the kernels (..., 4) in the user's coordinates (..., components)."""
     if not scene.damper:
         return states[..., :2].copy()
     x1, v1, r, s = np.moveaxis(states, -1, 0)

@@ -46,7 +46,6 @@ from nlds_vines.portrait.request import (
 from nlds_vines.portrait.result import View, portrait_in
 
 if TYPE_CHECKING:
-    from nlds_vines.orbits.host_orbits import HostOrbit
     from nlds_vines.orbits.simulation import Orbit
 
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
@@ -118,7 +117,7 @@ def portrait(request: PortraitRequest, views: Sequence[View], page: Page = TWO_C
     return figure
 
 
-def draw_orbit(orbit: Orbit | HostOrbit, show: str | None = None, ax: Axes | None = None) -> Figure:
+def draw_orbit(orbit: Orbit, show: str | None = None, ax: Axes | None = None) -> Figure:
     """Return the picture of an orbit; arguments and errors as `Orbit.plot`."""
     from nlds_vines.portrait.run import view_of_orbit  # imports kernels
 

@@ -14,7 +14,6 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
-from nlds_vines.orbits.host_orbits import HostOrbit
 from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.simulation import Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
@@ -65,9 +64,7 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     return [views[id(column)] for column in request.columns]
 
 
-def followed(
-    request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False
-) -> Orbit | HostOrbit:
+def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False) -> Orbit:
     begin, end = span(run)
     system: Any = run[0].system
     if request.cell is not None:
@@ -85,7 +82,7 @@ def followed(
     )
 
 
-def view_of_orbit(orbit: Orbit | HostOrbit) -> View:
+def view_of_orbit(orbit: Orbit) -> View:
     """Return all recorded periods of an orbit; without a trajectory, its states at t = nT."""
     system, samples = orbit.system, 1
     states, time = orbit.trajectory, orbit.time
@@ -104,7 +101,7 @@ def view_of_orbit(orbit: Orbit | HostOrbit) -> View:
     return _view(request, orbit, request.columns[0], samples)
 
 
-def _view(request: PortraitRequest, orbit: Orbit | HostOrbit, column: Column, samples: int) -> View:
+def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) -> View:
     """Return the window of an orbit, which has `samples` states a period, that a column shows."""
     assert orbit.trajectory is not None
     assert orbit.time is not None
@@ -141,5 +138,5 @@ def _view(request: PortraitRequest, orbit: Orbit | HostOrbit, column: Column, sa
         longest=len(section) // REPEATS,
         comb=comb,
         spectra=tuple(spectra),
-        violation=getattr(orbit, "violation", None),
+        violation=orbit.violation,
     )

@@ -196,7 +196,6 @@ FUNCTIONS = [name for name in NAMES if not inspect.isclass(getattr(nv, name))]
 # the names whose examples need kernels beyond the four configurations of this tier
 COMPILING = {"tune", "LoadScan", "ScanArchive", "basin_measures", "orbit_of", "response_curves"}
 COMPILING |= {"scan", "transient_lifetimes", "ensemble_of", "response_history", "ResponseHistories"}
-COMPILING |= {"HostOrbit"}
 
 # no extended summary and no "See Also", no words beside a name in it, no example of a class
 UNASKED = {"ES01", "SA01", "SA04", "EX01"}

@@ -11,9 +11,11 @@ from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.labels import PERIODIC as PERIODIC_LABEL
+from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL
-from nlds_vines.orbits.batch import verdict_arrays
+from nlds_vines.orbits.batch import evidence_arrays, layout_of
 from nlds_vines.orbits.solver_settings import EFFORTS
+from nlds_vines.orbits.starts import user_states
 from scans import computed, scan_of
 
 NOTED = 4096  # periods of a transient whose section is kept
@@ -215,9 +217,11 @@ def test_rows_of_evidence_become_labels_multipliers_exponents_and_points():
         for place, value in values.items():
             row[place : place + np.size(value)] = value
     cells = np.zeros((3, 1), CELL)
-    cells["omega"], cells["rest"] = OMEGA, REST
+    cells["rest"] = REST
     counts = np.array([[[7, 8]], [[5, 6]], [[1, 1]]])
-    arrays = verdict_arrays(np.array([[OK], [OK], [DIVERGED]]), rows, counts, cells, 4)
+    status = np.array([[OK], [OK], [DIVERGED]])
+    arrays = evidence_arrays(status, rows, counts, np.full((3, 1), OMEGA), layout_of(4))
+    arrays["orbit_point"] = user_states(cells, arrays["orbit_point"], SCENES["ssul"])
     judged = {name: values[:, 0] for name, values in arrays.items()}
     # labels count impacts of a cycle or of the window
     assert judged["label"].tolist() == ["2T,4", "chaos", "failed"]

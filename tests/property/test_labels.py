@@ -66,8 +66,9 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     )  # fmt: skip
     chains = np.ascontiguousarray(cells.reshape(-1, 1))
     starts = np.zeros((len(chains), 4)) if starts is None else np.ascontiguousarray(starts)
-    out = Computer(scan).kernels.run(chains, starts, transient, periods)
-    verdicts = out.verdicts(chains)
+    kernels = Computer(scan).kernels
+    out = kernels.run(chains, starts, transient, periods)
+    verdicts = kernels.verdicts(out, chains)
     rows = out.evidence[:, 0]
     point = rows[:, ev.POINT : ev.POINT + 4]
     return Judged(

@@ -259,13 +259,12 @@ class Scan(Request):
             system: Any = self.system
             object.__setattr__(self, "of", system.displacements(list(self.of), self.want))
             choice("method of a host", self.method, solver_settings.METHODS[:1])
-            if start.phase:
-                raise RequestError("phase: orbits of hosts begin at phase 0")
             if self.nodes is not None:
                 raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
-            ends = [axis.values[[0, -1]].tolist() for axis in self.axes if self.sampled is None]
-            for corner in product(*ends):  # walls must not overlap
-                system.with_(**dict(zip(names, corner, strict=False)))
+            parameters = self.parameters if self.sampled is None else ()
+            for corner in product(*(axis.values[[0, -1]].tolist() for axis in parameters)):
+                values = zip((axis.name for axis in parameters), corner, strict=True)
+                system.with_(**dict(values))  # walls must not overlap
         elif self.of:
             raise RequestError(f"of = {shown(list(self.of))} is for the response of a host")
         if PHASE in names and start.phase:
@@ -275,7 +274,7 @@ class Scan(Request):
         for name in (name for name in names if name not in settable and name not in PARAMETERS):
             allowed = (*components, PHASE)
             if name not in INITIAL:
-                conditions = [entry for entry in INITIAL if component_of(entry) in allowed]
+                conditions = [*(f"{one}_0" for one in components), PHASE]
                 kind = "axis" if self.sampled is None else "column"
                 raise unknown(kind, name, [*settable, *conditions])
             if component_of(name) not in allowed:
@@ -349,7 +348,7 @@ class Scan(Request):
         state |= {component_of(name): places[name] for name in places if name in INITIAL}
         shape = np.broadcast_shapes(*(part.shape for part in places.values()))
         if self.system.scene.kind == HOST:
-            return host_starts_inside(self.system, places, self.start.state, shape)
+            return host_starts_inside(self.system, places, state, shape)
         return starts_inside(self.system.scene, {**self.system.parameters, **places}, state, shape)
 
     def outline(self) -> Rows:

@@ -125,7 +125,8 @@ def own_states(
     if scan.system.kind == HOST:
         from nlds_vines.orbits.host_batch import host_starts  # with kernels, as below
 
-        return host_starts(scan.system, cells, scan.start, lanes)
+        tolerance = scan.settings.stepped_to
+        return host_starts(scan.system, cells, scan.start, lanes, initial, tolerance)
     if scan.start.policy == "random":
         draws = starts.start_states(scan.start)[lanes]
         return starts.random_states(cells, draws[:, np.newaxis], scene)[:, 0]
@@ -188,7 +189,8 @@ def recorded_start(
     if scan.system.kind == HOST:
         from nlds_vines.orbits.host_batch import host_starts  # with kernels
 
-        state = host_starts(system, cell, scan.start, np.array([lane]))
+        how = np.array([lane]), initial, scan.settings.stepped_to
+        state = host_starts(system, cell, scan.start, *how)
         return CellStart(tuple(state[0].tolist()), words)
     state = own_states(scan, cell, initial, np.array([lane]))
     state = starts.put_on_walls(cell, state, system.scene)
@@ -307,8 +309,9 @@ def cell_orbit(
     lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
     label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
+    initial = scan.initial([np.array([i]) for i in place])
     if scan.system.kind == HOST:
-        state = own_states(scan, cells[place].reshape(1), {}, np.array([lane]))[0]
+        state = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
         for one in (*swept_before(scan, place, lane), place):
             of_host: Any = system_at(scan, one)
             of_cell = HostBeginning(of_host, scan.settings, state, True, scan.of)
@@ -324,7 +327,6 @@ def cell_orbit(
     rest = np.zeros(STATE_SIZE)
     begin = Beginning(system, scan.method, scan.settings, of_kernels[first], rest)
     if not scan.start.sweeps:
-        initial = scan.initial([np.array([i]) for i in place])
         begin.state[:4] = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
     for one in others:
         cell = of_kernels[one]

@@ -30,6 +30,7 @@ from nlds_vines.model.parameters import (
     FORCE,
     GROUND,
     HERTZ,
+    INITIAL,
     LAWS,
     PARAMETERS,
     RATIOS,
@@ -390,7 +391,7 @@ class HostSystem(Outlined):
 
     def following(self, names: Collection[str]) -> set[str]:
         """Return the parameters that change with those of `names`: gap+ and gap- with gap."""
-        changed = {part for name in names for part in self.parts(name)}
+        changed = {part for name in names if name not in INITIAL for part in self.parts(name)}
         return {name for name in self.parameters if not changed.isdisjoint(self.parts(name))}
 
     def with_axes(self, names: Iterable[str]) -> HostSystem:
@@ -398,7 +399,7 @@ class HostSystem(Outlined):
 
         Raises `RequestError` for an unknown name, and if two mean one number.
         """
-        names = [*names]
+        names = [name for name in names if name not in INITIAL]
         self.refuse_twice(names)
         drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
         new = [name for name in drives if name not in self.parameters]

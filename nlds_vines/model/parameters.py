@@ -246,7 +246,7 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
 }
 
 PHASE = "phase"  # the phase of the force at the start: an initial condition outside the state
-INITIAL: Mapping[str, Parameter] = {
+_INITIAL = {
     entry.name: entry
     for entry in (
         Parameter("x1_0", "x₁(0)", "m", "initial displacement of the structure"),
@@ -323,7 +323,7 @@ def flat(values: Mapping[str, Any]) -> dict[str, Any]:
 
 @lru_cache(maxsize=4096)
 def of_host(name: str) -> Parameter | None:
-    """Return the parameter of a host with the name `damper.key` or `force.dof`; None for others."""
+    """Return the number of a host by its name damper.key, force.dof or dof_0; None for others."""
     owner, key, side = split_name(name)
     if name == GROUND:
         return _GROUND
@@ -332,26 +332,45 @@ def of_host(name: str) -> Parameter | None:
     elif owner and key in _OF_DAMPERS:
         entry = _OF_DAMPERS[key]
     else:
-        return None
+        return start_of_host(name)
     place = f"{owner}, wall {side}" if side else owner
     symbol = f"{entry.symbol}{side} of {owner}"
     return replace(entry, name=name, symbol=symbol, meaning=f"{entry.meaning} {place}")
 
 
-class _Described(dict[str, Parameter]):
+def start_of_host(name: str) -> Parameter | None:
+    """Return the initial condition of a host by its name dof_0 or v_dof_0; None for others."""
+    component = component_of(name)
+    if component == name or "." in name:
+        return None
+    dof = component.removeprefix("v_")
+    if dof == component:
+        return Parameter(name, f"x₀ of {dof}", "m", f"initial displacement of {dof}")
+    return Parameter(name, f"v₀ of {dof}", "m/s", f"initial velocity of {dof}")
+
+
+class _Made(dict[str, Parameter]):
     """The parameters by name; those of hosts are made when they are asked for."""
 
+    def __init__(
+        self, entries: Mapping[str, Parameter], make: Callable[[str], Parameter | None]
+    ) -> None:
+        super().__init__(entries)
+        self._make = make
+
     def __missing__(self, name: str) -> Parameter:
-        entry = of_host(name)
+        entry = self._make(name)
         if entry is None:
             raise KeyError(name)
         return entry
 
     def __contains__(self, name: object) -> bool:
-        return super().__contains__(name) or (isinstance(name, str) and of_host(name) is not None)
+        is_known = super().__contains__(name)
+        return is_known or (isinstance(name, str) and self._make(name) is not None)
 
 
-DESCRIBED: Mapping[str, Parameter] = _Described({**PARAMETERS, **INITIAL, **RATIOS})
+INITIAL: Mapping[str, Parameter] = _Made(_INITIAL, start_of_host)
+DESCRIBED: Mapping[str, Parameter] = _Made({**PARAMETERS, **_INITIAL, **RATIOS}, of_host)
 """All that may vary."""
 
 

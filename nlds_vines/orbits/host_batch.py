@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,14 +13,16 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL
 from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURRENCE
 from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
-from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
+from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, DIVERGED, OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.parameters import PHASE
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import (
     COUNTED,
     METHOD,
+    TURN,
     Kernels,
     Outcome,
     Outputs,
@@ -123,6 +127,8 @@ class HostKernels:
             orbits = HostOrbits(in_cell(self._system, cell), self._wanted.settings.stepped_to)
         except RequestError:  # samples, or corners of a grid, of which each value is allowed
             return BAD_PARAMETERS, start
+        if not np.isfinite(start).all():  # it failed before its first section
+            return DIVERGED, start
         state = orbits.start(start, is_put_on_walls=True)
         watched = orbits.records(out.buffers.energy is not None, self._of)
         if out.evidence is None:
@@ -217,11 +223,38 @@ def in_cell(system: HostSystem, cell: Any) -> HostSystem:
     return system.with_values(cell.dtype.names, cell.tolist())
 
 
-def host_starts(system: Any, cells: np.ndarray, start: Start, lanes: np.ndarray) -> np.ndarray:
-    """Return the starts (n, components) of the orbits `lanes` (n,) in the `cells` (n,)."""
-    size = len(system.scene.components)
-    if start.policy != "random":
-        return np.tile(np.array(start.state or np.zeros(size)), (len(cells), 1))
-    draws = start_states(start, size)[lanes]
-    pairs = zip(cells, draws, strict=True)
-    return np.array([HostOrbits(in_cell(system, cell)).random_state(draw) for cell, draw in pairs])
+def host_starts(
+    system: Any,
+    cells: np.ndarray,
+    start: Start,
+    lanes: np.ndarray,
+    initial: Mapping[str, np.ndarray] = MappingProxyType({}),
+    tolerance: float = TOLERANCE,
+) -> np.ndarray:
+    """Return the starts (n, components) of the orbits `lanes` (n,) in the `cells` (n,).
+
+    `initial` are components and the phase that axes set, (n,) each.  An orbit that begins at
+    another phase is followed to the next section; it is NaN if it fails before.
+    """
+    names = system.scene.components
+    if start.policy == "random":
+        draws = start_states(start, len(names))[lanes]
+        in_cells = (HostOrbits(in_cell(system, cell)) for cell in cells)
+        pairs = zip(in_cells, draws, strict=True)
+        return np.array([orbits.random_state(draw) for orbits, draw in pairs])
+    states = np.tile(np.array(start.state or np.zeros(len(names))), (len(cells), 1))
+    for name in initial.keys() - {PHASE}:
+        states[:, names.index(name)] = initial[name]
+    begun = initial.get(PHASE, np.full(len(cells), start.phase)) / TURN
+    for i in np.flatnonzero((begun > 0.0) & (begun < 1.0)):
+        try:
+            orbits = HostOrbits(in_cell(system, cells[i]), tolerance)
+        except RequestError:  # the orbit fails, too
+            continue
+        turns = 1.0 - float(begun[i])
+        period = turns * orbits.body.period
+        orbits.body = orbits.body._replace(begun=float(begun[i]), turns=turns, period=period)
+        state = orbits.start(states[i], is_put_on_walls=True)
+        code, *_ = orbits.follow(state, Span(0, 1, 1))
+        states[i] = orbits.states(state) if code == OK else np.nan
+    return states

@@ -151,14 +151,15 @@ def starts_inside(
 
 
 def host_starts_inside(
-    system: Any, values: Values, state: Sequence[float], shape: tuple[int, ...] = ()
+    system: Any, values: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
 ) -> list[str]:
-    """Return the same of a `HostSystem` with other `values` by name; no state: at rest."""
-    places = np.array(state[::2]) if len(state) else np.zeros(system.rows().shape[1])
-    depth, scale = np.full(shape, -np.inf), 0.0
+    """Return the same of a `HostSystem` with other `values` by name."""
+    places = [state.get(name, 0.0) for name in system.scene.components[::2]]
+    depth, scale = np.full(shape, -np.inf), np.zeros(())
     for damper, row in zip(system.dampers, system.rows(), strict=True):
-        r = float(row @ places)
-        scale = max(scale, float(np.abs(row) @ np.abs(places)))
+        terms = [weight * place for weight, place in zip(row, places, strict=True)]
+        r = sum(terms, np.zeros(()))
+        scale = np.maximum(scale, sum(map(np.abs, terms), np.zeros(())))
         for wall in damper.walls:
             gap = values.get(f"{damper.name}.gap", wall.gap)
             gap = values.get(f"{damper.name}.gap{wall.side}", gap)

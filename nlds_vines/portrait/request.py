@@ -247,10 +247,10 @@ class PortraitRequest(Request):
         """Return a line for each system whose orbit begins inside a wall; none for a cell's."""
         lines = []
         for system in () if self.cell else [run[0].system for run in self.runs()]:
+            state = dict(zip(system.scene.components, self.start or (), strict=False))
             if isinstance(system, HostSystem):
-                inside = host_starts_inside(system, {}, self.start or ())
+                inside = host_starts_inside(system, {}, state)
             else:
-                state = dict(zip(system.scene.components, self.start or (), strict=False))
                 inside = starts_inside(system.scene, system.parameters, state)
             lines += [f"{system.name}: {line}" for line in inside]
         return lines

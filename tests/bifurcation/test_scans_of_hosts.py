@@ -89,6 +89,39 @@ def test_one_degree_of_freedom_scans_as_its_kind():
     assert difference.max() < 1e-7
 
 
+@pytest.mark.parametrize("phase", [0.0, 2.0])
+def test_initial_conditions_and_the_phase_are_those_of_a_kind(phase, tmp_path):
+    system = nv.load_system("ssul-set6", omega=6.28)
+    places = np.array([-0.2, 0.01, 0.05])  # from the rest of the mass; the first is in the wall
+    axes = {"x2_0": system.rest + places, "v2_0": [-1.0, 2.0]}
+    start, span = Start("state", state=(0.01, 0.2, 0.0, 0.0), phase=phase), {"transient": 0}
+    kind = scan_of(axes, ("section",), start, system, **span)
+    axes = {"u_0": places, "v_u_0": [-1.0, 2.0]}
+    host = scan_of(axes, ("section",), start, as_host(system), **span)
+    assert host.starts_inside() == kind.starts_inside()
+    states, expected = computed(host)["section"], computed(kind)["section"]
+    states[..., 2] += system.rest
+    np.testing.assert_allclose(states[..., :10, :], expected[..., :10, :], rtol=0, atol=1e-8)
+    assert np.ptp(expected[..., 0, 0]) > 1e-3
+    path = archived(tmp_path / "x.h5", host, computed(host))
+    orbit = nv.orbit_of(path, u_0=0.05, v_u_0=2.0)
+    assert (orbit.section == computed(host)["section"][2, 1, 0]).all()
+
+
+def test_a_phase_that_varies_is_time_that_has_passed():
+    axes = {"phase": [0.0, np.pi, 2 * np.pi], "v_roof_0": [0.3]}
+    sections = computed(scan_of(axes, ("section",), transient=0))["section"][:, 0, 0]
+    orbit = nv.simulate(RIGID, 1, start=[0.0] * 5 + [0.3] + [0.0] * 4, quiet=True)
+    assert (sections[0, 0] == orbit.section[0]).all()
+    assert (sections[2] == sections[0]).all()
+    # half a period later the force has the other sign
+    later = nv.simulate(RIGID.with_(**{"force.roof": -1500.0}), 1, samples=2, quiet=True,
+                        start=[0.0] * 5 + [0.3] + [0.0] * 4, record=["trajectory"])  # fmt: skip
+    begun = computed(scan_of(axes, ("section",), transient=0, periods=1))
+    half = nv.simulate(RIGID, 1, start=later.trajectory[0], quiet=True).section[0]
+    np.testing.assert_allclose(begun["section"][1, 0, 0, 0], half, rtol=0, atol=1e-11)
+
+
 def test_sweeps_and_threads():
     """A sweep follows the orbit before, put on a rigid wall that has come nearer."""
     scan = scan_of({"omega": [12.5, 12.6], "a.gap": [0.006, 0.008, 0.01]}, start=Start("both"))
@@ -289,7 +322,8 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         ({"a.gap": [0.01], "a.gap+": [0.01]}, {}, "a.gap beside a.gap+: give one of them"),
         ({"a.m": [0.0, 2.0]}, {}, "a.m = 0.0 is not allowed"),
         ({"a.gap+": [-0.02, 0.1]}, {}, "overlap by 0.01 m"),
-        ({"omega": [12.0]}, {"start": Start(phase=1.0)}, "orbits of hosts begin at phase 0"),
+        ({"attic_0": [0.0, 1.0]}, {}, "attic_0: kind 'host' has the state floor1, v_floor1"),
+        ({"roof_0": [0.0, 1.0]}, {"start": Start("up")}, "roof_0 is varied: orbits start at rest"),
         ({"omega": [12.0]}, {"method": "rk4"}, "method of a host"),
         ({"omega": [12.0]}, {"want": ("spectrum",)}, "want 'spectrum' cannot be had"),
         ({"omega": [12.0]}, {"of": ("roof",)}, "the response is not recorded"),

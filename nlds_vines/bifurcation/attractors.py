@@ -10,14 +10,15 @@ Attractors of neighboring systems have one number if their sections are close.  
 distances: numbers are matched, not proven, and each attractor has a margin.  They depend on the
 results alone, not on how a scan was cut into blocks.
 
-States are those of the kernels, (x1, v1, r, s), of which the first `size` count.
+States are those of the kernels, (x1, v1, r, s), of which the first `size` count; of hosts the
+components of the state.  Of hosts every orbit is judged, and none stops at a known cycle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from math import prod
 from typing import Any, NamedTuple
 
@@ -32,22 +33,14 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan, state_scales
 from nlds_vines.bifurcation.result import own_states
 from nlds_vines.kernels.cells import cycles as kernels
-from nlds_vines.kernels.cells.lanes import LAST_STATE
-from nlds_vines.kernels.scene import codes as ev
 from nlds_vines.model.labels import PERIODIC, finals
-from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.batch import (
-    Kernels,
-    Wanted,
-    labels_from,
-    multipliers_of,
-    on_threads,
-    records_of,
-)
+from nlds_vines.model.quantities import BY_NAME, recorded
+from nlds_vines.model.scenes import HOST
+from nlds_vines.orbits.batch import Wanted, on_threads, records_of
+from nlds_vines.orbits.host_batch import kernels_for
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import OK
-from nlds_vines.orbits.starts import Start, given_states, length_unit, user_states
+from nlds_vines.orbits.starts import FALLBACK_LENGTH, Start, given_states, length_unit
 from nlds_vines.runs.progress import Tell
 
 NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit
@@ -316,7 +309,8 @@ class Ends(NamedTuple):
     status: np.ndarray  # (n,)
     labels: np.ndarray  # (n,), final regimes
     states: np.ndarray  # (n, 4)
-    evidence: np.ndarray  # (n, COLUMNS)
+    periods: np.ndarray  # (n,), of nT; 0 for orbits without a period
+    multipliers: np.ndarray  # (n, size, 2)
 
 
 class Cycle(NamedTuple):
@@ -328,9 +322,11 @@ class Cycle(NamedTuple):
 class OrbitEnds:
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         self.scan, self._tell, self.scene = scan, tell, wanted.scene
-        self._verdicts = Kernels(replace(wanted, want=("regime",)), tell, helped=helped)
-        self.energies = Kernels(replace(wanted, want=("energy",)), tell, helped=False)
-        self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
+        self._verdicts: Any = kernels_for(
+            scan.system, replace(wanted, want=("regime",)), tell, helped=helped
+        )
+        energy = replace(wanted, want=("energy",))
+        self.energies = kernels_for(scan.system, energy, tell, helped=False)
         self._known = dict[int, list[Cycle]]()
 
     def arrays(
@@ -338,6 +334,10 @@ class OrbitEnds:
     ) -> dict[str, np.ndarray]:
         """Return the datasets of orbits, (n, 1, ...) each; attractors are not numbered yet."""
         systems = systems_of(self.scan, places)
+        if self.scene.kind == HOST:  # every orbit is judged
+            ends = self.judged(cells, starts)
+            arrival = self._arrivals(cells, starts, ends)
+            return self._datasets(cells, ends.labels, ends.states, arrival, ends.status)
         self._learn(cells, systems)
         labels, states, arrival, status = self._stopped(cells, starts, systems, self._known)
         left = np.flatnonzero((labels == "") & (status == OK))
@@ -345,23 +345,55 @@ class OrbitEnds:
             ends = self.judged(cells[left], starts[left])
             status[left], labels[left], states[left] = ends.status, ends.labels, ends.states
             # those that end on cycles are followed again, until they come near these
-            cycles, periods = dict[int, list[Cycle]](), np.array([*map(period_of, ends.labels)])
-            closed = (periods > 0) & (ends.status == OK)
-            for n in np.unique(periods[closed]).tolist():
-                some = np.flatnonzero(closed & (periods == n))
+            cycles, closed = dict[int, list[Cycle]](), (ends.periods > 0) & (ends.status == OK)
+            for n in np.unique(ends.periods[closed]).tolist():
+                some = np.flatnonzero(closed & (ends.periods == n))
                 sections = self.sections(cells[left[some]], ends.states[some], n)
                 for i, points in zip(left[some].tolist(), sections, strict=True):
                     cycles[i] = [self._cycle(cells[i : i + 1], labels[i], points)]
             late = np.array(sorted(cycles), int)
             arrival[left] = -1
             arrival[late] = self._stopped(cells[late], starts[late], late, cycles)[2]
+        return self._datasets(cells, labels, states, arrival, status)
+
+    def _arrivals(self, cells: np.ndarray, starts: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return when orbits of hosts come near their cycles, as `_stopped` does; -1 if never."""
+        arrival, closed = np.full(len(cells), -1), (ends.periods > 0) & (ends.status == OK)
+        most = self.scan.transient + self.scan.periods
+        for n in np.unique(ends.periods[closed]).tolist():
+            chosen = np.flatnonzero(closed & (ends.periods == n))
+            for some in np.split(chosen, range(TOGETHER, len(chosen), TOGETHER)):
+                sections = self.sections(cells[some], starts[some], most)
+                courses = np.concatenate([starts[some][:, np.newaxis], sections], axis=1)
+                points = self.sections(cells[some], ends.states[some], n)
+                for i, course, cycle in zip(some.tolist(), courses, points, strict=True):
+                    weights = self._cycle(cells[i : i + 1], ends.labels[i], cycle).weights
+                    distance = KDTree(weights * cycle).query(weights * course)[0]
+                    now, *later = (
+                        distance[k * n : len(distance) - (kernels.RETURNS - k) * n]
+                        for k in range(kernels.RETURNS + 1)
+                    )
+                    is_near = now <= 1.0
+                    for before, after in pairwise((now, *later)):
+                        is_near &= after <= np.maximum(before, kernels.RETURN_ROUND_OFF)
+                    arrival[i] = is_near.argmax() if is_near.any() else -1
+        return arrival
+
+    def _datasets(
+        self,
+        cells: np.ndarray,
+        labels: np.ndarray,
+        states: np.ndarray,
+        arrival: np.ndarray,
+        status: np.ndarray,
+    ) -> dict[str, np.ndarray]:
         labels[status != OK] = "failed"
         values_by_name = {
             "attractor": np.full(len(cells), -1, np.int32),  # numbered when all orbits have ended
             "arrival": arrival,
             "label": labels,
             "status": status,
-            "end_state": user_states(cells, states, self.scene),
+            "end_state": self.user_states(cells, states),
         }
         return {name: values[:, np.newaxis] for name, values in values_by_name.items()}
 
@@ -370,20 +402,34 @@ class OrbitEnds:
         for first in range(0, len(cells), TOGETHER):
             some = slice(first, first + TOGETHER)
             out = self._verdicts.run(cells[some, np.newaxis], starts[some], *span)
-            assert out.evidence is not None
-            labels = finals(labels_from(out.status, out.evidence, out.by_wall))[:, 0]
-            evidence, states = out.evidence[:, 0], out.buffers.ends[:, 0, LAST_STATE, :4].copy()
-            closed = np.array([period_of(label) > 0 for label in labels], bool)
-            states[closed] = evidence[closed, ev.POINT : ev.POINT + 4]
-            parts.append(Ends(out.status[:, 0], labels, states, evidence))
+            verdicts = self._verdicts.verdicts(out, cells[some, np.newaxis])
+            names = ("periodicity", "orbit_point", "multipliers")
+            periods, points, multipliers = (verdicts[name][:, 0] for name in names)
+            labels = finals(verdicts["label"])[:, 0]
+            on_cycle = (periods > 0)[:, np.newaxis]
+            states = np.where(on_cycle, points, out.buffers.section[:, 0, -1])
+            states = self.kernel_states(cells[some], states)
+            parts.append(Ends(out.status[:, 0], labels, states, periods, multipliers))
         return Ends(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return states (n, components) of users of those of kernels; of hosts they are these."""
+        converted: np.ndarray = self._verdicts.user_states(cells, states)
+        return converted
+
+    def kernel_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Convert states (n, components) of users to those of kernels, (n, 4): x1, v1, r, s."""
+        if self.scene.kind == HOST:
+            return states
+        components = dict(zip(self.scene.components, states.T, strict=True))
+        return given_states(cells, Start(), components, self.scene)
 
     def sections(self, cells: np.ndarray, states: np.ndarray, periods: int) -> np.ndarray:
         """Return the sections (n, periods, 4) of orbits in `cells` (n,) from states (n, 4)."""
         section = self._verdicts.sections(cells[:, np.newaxis], states, periods)[:, 0]
         columns = section.reshape(-1, section.shape[-1])
-        converted = kernel_states(np.repeat(cells, periods), columns, self.scene)
-        return converted.reshape(len(states), periods, 4)
+        converted = self.kernel_states(np.repeat(cells, periods), columns)
+        return converted.reshape(len(states), periods, -1)
 
     def system(self, cell: np.ndarray, states: np.ndarray) -> System:
         """Return a system without attractors, with the unit of its ends `states` (n, 4)."""
@@ -395,16 +441,23 @@ class OrbitEnds:
     def _amplitudes(self, cell: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return the amplitudes (size,) of the components of states (n, 4) in a cell (1,)."""
         size, omega = len(self.scene.components), float(cell["omega"][0])
-        floor = max(_FLOOR * float(length_unit(cell)[0]), 1e-9 * abs(float(cell["rest"][0])))
         pairs = np.hypot(states[:, ::2], states[:, 1::2] / omega)  # of x1, v1 and of r, s
-        lengths = np.maximum(pairs.max(axis=0, initial=0.0), floor)
+        lengths = pairs.max(axis=0, initial=0.0)
+        if self.scene.kind == HOST:  # one of all its coordinates, as some hardly move
+            system: Any = self.scan.system
+            count = len(system.host.inertia)
+            lengths[:count] = lengths[:count].max()
+            floor = _FLOOR * max(float(lengths.max()), FALLBACK_LENGTH)
+        else:
+            floor = max(_FLOOR * float(length_unit(cell)[0]), 1e-9 * abs(float(cell["rest"][0])))
+        lengths = np.maximum(lengths, floor)
         return (lengths[:, np.newaxis] * np.array([1.0, omega])).ravel()[:size]
 
     def _cycle(
         self, cell: np.ndarray, label: str, points: np.ndarray, radius: float = RADIUS
     ) -> Cycle:
         """Return the cycle through `points` (n, 4), with a radius in amplitudes."""
-        unit, weights = self._amplitudes(cell, points), np.zeros(4)
+        unit, weights = self._amplitudes(cell, points), np.zeros(points.shape[1])
         weights[: unit.size] = 1.0 / (radius * unit)
         return Cycle(label, points, weights)
 
@@ -423,7 +476,7 @@ class OrbitEnds:
         repeated = np.repeat(new, size)
         starts = own_states(scan, repeated, scan.initial(places), lanes, self._tell)
         ends = self.judged(repeated, starts)
-        closed = np.array([period_of(label) > 0 for label in ends.labels]) & (ends.status == OK)
+        closed = (ends.periods > 0) & (ends.status == OK)
         for i, number in enumerate(numbers[is_new].tolist()):
             some = np.flatnonzero(closed[i * size : (i + 1) * size]) + i * size
             cell, cycles = new[i : i + 1], list[Cycle]()
@@ -476,7 +529,8 @@ class OrbitEnds:
         drawn = kernels.Drawn(*(np.full(len(cells), -1, np.int64) for _ in range(3)))
         most = self.scan.transient + self.scan.periods
         search = np.ascontiguousarray(rows), of_kernels, most
-        arguments = self._parts, records_of(cells), np.ascontiguousarray(starts), search, drawn
+        parts = parts_of(self.scan.method, self.scene, self.scan.settings)
+        arguments = parts, records_of(cells), np.ascontiguousarray(starts), search, drawn
         on_threads(kernels.follow_to_cycles, arguments, len(cells), 16)
         labels, states = np.full(len(cells), "", object), np.full((len(cells), 4), np.nan)
         near = np.flatnonzero(drawn.row >= 0)
@@ -500,11 +554,6 @@ def sample_size(scan: Scan) -> int:
     systems = prod(axis.values.size for axis in scan.parameters)
     size = max(LEAST, SAMPLE // systems)
     return size if 2 * size < scan.lanes // systems else 0
-
-
-def kernel_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
-    """Convert states (n, components) of users to those of kernels, (n, 4): x1, v1, r, s."""
-    return given_states(cells, Start(), dict(zip(scene.components, states.T, strict=True)), scene)
 
 
 NUMBER = "number"  # the dimension that counts attractors
@@ -542,7 +591,7 @@ class AttractorTable:
         for i in range(len(self._cells)):
             check()
             members, cell = order[edges[i] : edges[i + 1]], self._cells[i : i + 1]
-            there = kernel_states(np.repeat(cell, members.size), states[members], scan.system.scene)
+            there = ends.kernel_states(np.repeat(cell, members.size), states[members])
             system = ends.system(cell, there[labels[members] != ""])
             system.add(labels[members], there, members)
             if absent := numbering.absent(system.attractors):  # no orbit reaches them: one is sent
@@ -588,14 +637,14 @@ class AttractorTable:
             yield filled(entry, [impacts_of(one.label) for one in attractors])
         text = "a point of the attractor's section; NaN where it is not periodic"
         entry = Dataset.real("attractor_point", (*dims, "component"), "m, m/s", text)
-        points = user_states(cells, states, scene)
+        points = self._ends.user_states(cells, states)
         yield filled(entry, np.where(periods[:, np.newaxis] > 0, points, np.nan))
         size, closed = len(scene.components), np.flatnonzero(periods)
         multipliers = np.full((len(periods), size, 2), np.nan)
         if closed.size:
-            evidence = self._ends.judged(cells[closed], states[closed]).evidence
-            is_same = evidence[:, ev.CYCLE_PERIOD] == periods[closed]
-            multipliers[closed[is_same]] = multipliers_of(evidence[is_same], size)[0]
+            ends = self._ends.judged(cells[closed], states[closed])
+            is_same = ends.periods == periods[closed]
+            multipliers[closed[is_same]] = ends.multipliers[is_same]
         columns = (*dims, "multiplier", "part")
         entry = BY_NAME["multipliers"].dataset(columns, scene, prefix="attractor_")
         yield filled(entry, multipliers)
@@ -606,14 +655,16 @@ class AttractorTable:
                 place, lane = np.divmod(one.lanes[:1], scan.starts)
                 at = np.unravel_index(place, scan.shape)
                 starts[i] = own_states(scan, cells[i : i + 1], scan.initial(at), lane)[0]
-        energies = np.empty((len(attractors), 2))
+        energies = np.empty((len(attractors), 1 + max(1, len(scene.dampers))))
         for n in np.unique(periods).tolist():
             some = np.flatnonzero(periods == n)
             span = (0, n) if n else (scan.transient, scan.periods)
             outputs = self._ends.energies.run(cells[some, np.newaxis], starts[some], *span)
             energies[some] = outputs.buffers.energy[:, 0]
-        for i, name in enumerate(("E1max", "E2max") if scene.damper else ("E1max",)):
-            yield filled(BY_NAME[name].dataset(dims, scene, prefix="attractor_"), energies[:, i])
+        for quantity in recorded(scene, ("energy",)):
+            if quantity.buffer == "energy":
+                entry = quantity.dataset((*dims, *quantity.dims), scene, prefix="attractor_")
+                yield filled(entry, quantity.from_buffer(energies))
         counts = np.array([np.count_nonzero(one.lanes >= 0) for one in attractors])
         text = "share of the cells and starts that are drawn to the attractor"
         entry = Dataset.real("attractor_share", dims, "1", text)

@@ -273,14 +273,10 @@ class Scan(Request):
         # lacks
         for name in (name for name in names if name not in settable and name not in PARAMETERS):
             allowed = (*components, PHASE)
-            if name not in INITIAL:
+            if name not in INITIAL or component_of(name) not in allowed:
                 conditions = [*(f"{one}_0" for one in components), PHASE]
                 kind = "axis" if self.sampled is None else "column"
                 raise unknown(kind, name, [*settable, *conditions])
-            if component_of(name) not in allowed:
-                raise RequestError(
-                    f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
-                )
             if start.policy not in AT_ANY_PHASE:
                 raise RequestError(
                     f"{name} is varied: orbits start at rest or in a given state, with this "

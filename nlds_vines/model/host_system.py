@@ -323,6 +323,7 @@ class HostSystem(Outlined):
     title: str = ""
 
     kind = HOST
+    rest = 0.0  # states count from the rest position
     fixed_ratios: ClassVar[Mapping[str, float]] = MappingProxyType({})
 
     def heading(self) -> str:

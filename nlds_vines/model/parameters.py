@@ -345,8 +345,8 @@ def start_of_host(name: str) -> Parameter | None:
         return None
     dof = component.removeprefix("v_")
     if dof == component:
-        return Parameter(name, f"x₀ of {dof}", "m", f"initial displacement of {dof}")
-    return Parameter(name, f"v₀ of {dof}", "m/s", f"initial velocity of {dof}")
+        return Parameter(name, f"x(0) of {dof}", "m", f"initial displacement of {dof}")
+    return Parameter(name, f"v(0) of {dof}", "m/s", f"initial velocity of {dof}")
 
 
 class _Made(dict[str, Parameter]):

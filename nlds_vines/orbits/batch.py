@@ -267,13 +267,6 @@ def multipliers_of(rows: np.ndarray, size: int, width: int = 4) -> tuple[np.ndar
     return triples[..., :LOG], triples[..., LOG]
 
 
-def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the labels alone, strings in an object array (arguments as of `evidence_arrays`)."""
-    layout, rows = layout_of(4), _without_failed(status, rows)
-    labels: np.ndarray = _regimes_of(status, rows, counts, layout)["label"]
-    return labels
-
-
 def evidence_arrays(
     status: np.ndarray, rows: np.ndarray, counts: np.ndarray, omega: np.ndarray, layout: Layout
 ) -> dict[str, np.ndarray]:

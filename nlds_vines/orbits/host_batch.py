@@ -106,6 +106,13 @@ class HostKernels:
         """Return starts, which are in the user's coordinates."""
         return states
 
+    def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
+        """Return the section (sweeps, cells, periods, components) without a verdict."""
+        wanted = replace(self._wanted, want=("section",))
+        outputs = HostKernels(self._system, wanted, self._tell).run(sweeps, starts, 0, periods)
+        section: np.ndarray = outputs.buffers.section
+        return section
+
     def _sweep(
         self, begin: int, end: int, sweeps: np.ndarray, starts: np.ndarray, span: Span, out: Outputs
     ) -> None:

@@ -28,7 +28,7 @@ USUAL = ("section", "impacts", "energy", "regime")
 # the words of scans of hosts
 OF_HOSTS = (
     "section", "impacts", "speeds", "impact_section", "energy", "response", "regime", "lyapunov",
-    "settling", "evidence",
+    "settling", "evidence", "attractor",
 )  # fmt: skip
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized

@@ -170,7 +170,7 @@ def test_a_given_state_is_where_other_components_begin_and_without_one_they_rest
     ("changes", "message"),
     [
         ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
-        ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
+        ({"vary": {"x2_0": {"values": [0.0]}}}, "unknown axis 'x2_0'; did you mean 'x_0'"),
         ({"start": {"policy": "random", "count": 3}}, "x_0 is varied: orbits start at rest"),
         ({"start": {"policy": "up"}}, "x_0 is varied"),
         ({"vary": {"e": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from planes import ALONG, AMPLITUDE, PLANE
 from rigid import CASES
+from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -307,3 +308,21 @@ def test_chaos_that_was_missed_has_a_number(sample_of_one):
     assert set(arrays["label"].ravel().tolist()) - {"chaos"}
     assert np.array_equal(names, [str(x).split(" to ")[-1] for x in arrays["label"][:, 0]])
     assert np.isfinite(arrays["attractor_E1max"]).all()
+
+
+def test_a_kind_as_a_host_has_its_basins_arrivals_and_attractors():
+    system = nv.load_system("impact-oscillator", omega=1.5, P=0.5)
+    places, speeds = np.linspace(-1, 0.9, 6), np.linspace(-3, 3, 7)
+    axes = {"P": [0.3, 0.5], "v_0": speeds}, {"force.x": [0.3, 0.5], "v_x_0": speeds}
+    plane = {"x_0": places, "v_0": speeds}, {"x_0": places, "v_x_0": speeds}
+    for one, other in (axes, plane):
+        kind, host = (
+            arrays_of(nv.load_scan(each, {"vary": vary, "record": {"want": ["attractor"]}}))
+            for each, vary in ((system, one), (as_host(system), other))
+        )
+        for name in ("attractor", "arrival", "attractor_label", "attractor_impacts"):
+            np.testing.assert_array_equal(host[name], kind[name], name)
+        assert {*np.unique(kind["attractor"])} == {0, 1}
+        for name in ("point", "multipliers", "E1max", "share"):
+            values = host[f"attractor_{name}"]
+            np.testing.assert_allclose(values, kind[f"attractor_{name}"], rtol=1e-8, atol=1e-9)

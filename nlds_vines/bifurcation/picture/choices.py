@@ -86,7 +86,7 @@ def quantities(
                 about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
                 name = f"{entry.name}:{signal}"
                 by_name[name] = Quantity(name, entry.name, *about, index={SIGNAL: i})
-        elif dims := {*PARTS} & {*entry.dims}:
+        elif (dims := {*PARTS} & {*entry.dims}) and "start" in entry.dims:
             (dim,), is_single = dims, entry.tail == (*dims,)
             for i, part in enumerate(parts[PARTS.index(dim)]):
                 about = entry.units, entry.long_name, float(entry.fill), is_single

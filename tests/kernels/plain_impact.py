@@ -289,7 +289,7 @@ def test_the_largest_energies_are_those_of_small_steps():
     before a peak.
     """
     arcs, between = (make_arc(), make_arc()), 0  # of which each meets an impact once
-    for one in random_impacts(150, STANDARD, seed=3):
+    for one in random_impacts(60, STANDARD, seed=3):
         ahead, touch = one.ahead(arcs[0]), one.approach.touch
         ends = np.maximum(energies_of(one, *touch), energies_of(one, 0.0, *ahead.release))
         true = ends.copy()
@@ -301,7 +301,7 @@ def test_the_largest_energies_are_those_of_small_steps():
             note(one, arc, noted, ahead, touch, ahead.took)
             assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
         between += (true > ends * (1 + 1e-12)).sum()
-    assert between > 25
+    assert between > 10
 
 
 def test_only_what_lasts_is_looked_at(arc):

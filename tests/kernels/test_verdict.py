@@ -115,3 +115,20 @@ def test_regimes_coexist_where_an_orbit_without_impacts_can_exist():
     system = load_system("ssul-set6", omega=7.85)
     still = classify(load_system("ssul-set6", omega=7.95)).point
     assert {classify(system).label, classify(system, start=still).label} == {"2T,1", "T,0"}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "label"),
+    [
+        ("ssul-set6", {"omega": 6.28, "c1": 20.0, "c2": 5.0}, "T,1"),
+        ("ssbl", {"omega": 6.01, "c2": 20.0}, "transient chaos to T,3"),
+    ],
+)
+def test_a_long_transient_is_chaotic_only_with_an_exponent_above_zero(name, changes, label):
+    """Both settle late; along the first the variations do not grow."""
+    system = load_system(name, **changes)
+    regime = classify(system, transient=500, periods=60, effort="quick")
+    assert regime.label == label
+    assert regime.settling > 50
+    growing = regime.transient_lyapunov - regime.transient_lyapunov_width > 0.0
+    assert growing == label.startswith("transient chaos")

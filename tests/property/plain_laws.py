@@ -16,9 +16,9 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import simulate
 
-# Cheap ones of all kinds: by Hertz, with a limit, linear, restitution, a power, in a scene of one's
-# own with a load; in case 30 a damped wall lets go.
-SAMPLE = (0, 8, 9, 14, 15, 20, 25, 27, 30, 34, 50, 67, 75, 82, 90, 107, 132, 165, 172, 205)
+# One of each kind and law: by Hertz, with a limit, linear, restitution, a power, in a scene with a
+# load; in case 30 a damped wall lets go.
+SAMPLE = (0, 8, 9, 14, 15, 20, 25, 27, 30, 67, 82)
 FIXED = (8, 9, 13, 20, 25, 82, 90, 107, 140, 205, 222)
 ROUGH = (13, 20, 25)  # of which
 

@@ -33,11 +33,12 @@ from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.linear_response import flow_matrix, response, steady_state
+from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
+from paper.linear import response, steady_state
 
 PERIODS = 20
 LONGEST, OFF = 64, 1e-9  # periods of a timed orbit, and how far off it begins, relative

@@ -22,9 +22,9 @@ from benchmarks.accuracy import grazing as clear_by
 from benchmarks.accuracy import linear_sections, parser_of, publish, rest_state, scipy_orbit
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
-from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import IntegrationError
+from paper.linear import response, steady_state
 
 BOTH = ("section", "impacts")
 FULL = (*BOTH, "energy", "clearance")

@@ -10,11 +10,11 @@ import numpy as np
 from nlds_vines.bifurcation import run as running
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import load_portrait
 from paper.claims import Data
 from paper.claims.measured import Breadth, Motion, scan_of
+from paper.linear import response
 from paper.request import packaged_figures
 from scans import archived, unfilled
 

@@ -36,7 +36,7 @@ from nlds_vines.loads.result import (
     histories_in,
     shares_of,
 )
-from nlds_vines.model.linear_response import harmonic_energy, response
+from nlds_vines.model.linear_response import amplitudes, harmonic_energy
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import ERROR, SHARES, WAYS, of_load
@@ -278,7 +278,8 @@ def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> No
         if not system.scene.walls and not request.load.shaken:
             sweep = request.load.sweep[0]
             omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
-            steady = np.abs(response(system.with_(P=request.load.force_of(sweep)), omega).X1)
+            X1, _ = amplitudes(system.with_(P=request.load.force_of(sweep)), omega)
+            steady = np.abs(X1)
             m1, k1, _ = system.structure
             values = harmonic_energy(m1, k1, omega, steady) if energy else steady
             axes.plot(omega, values, label=words, **_EXACT)

@@ -1,8 +1,7 @@
-"""The motion without contact in closed form: its steady state, and the matrix of its flow."""
+"""The motion without contact in closed form: its amplitudes, and the matrix of its flow."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,57 +9,24 @@ import numpy as np
 from nlds_vines.model.system import System, modulus
 
 
-@dataclass(frozen=True)
-class Response:
-    """The steady state without contact by the frequency of the force."""
+def amplitudes(system: System, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the steady state of equation (5) without contact under the force P cos(omega t).
 
-    system: System
-    omega: np.ndarray  # [rad/s], of any shape
-    X1: np.ndarray  # [m]: x1 = Re(X1 exp(i omega t))
-    X2: np.ndarray | None  # [m]: x2 - rest = Re(X2 exp(i omega t))
-
-    @property
-    def E1max(self) -> np.ndarray:
-        """Largest energy of the structure over a period [J], equation (6), by frequency."""
-        m1, k1, _ = self.system.structure
-        return harmonic_energy(m1, k1, self.omega, np.abs(self.X1))
-
-    @property
-    def shortening(self) -> np.ndarray:
-        """Amplitude of the spring's shortening [m], or of a structure that walls limit, or 0."""
-        if self.X2 is None:
-            return np.abs(self.X1) * self.system.scene.grounded
-        with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
-            return np.abs(self.X2 - self.X1)
-
-    @property
-    def clears(self) -> np.ndarray:
-        """Whether the damper reaches no wall, by frequency, so that this motion exists."""
-        scene, p = self.system.scene, self.system.parameters
-        gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
-        if not gaps:
-            return np.ones(self.omega.shape, dtype=bool)
-        return self.shortening <= min(gaps)
-
-
-def response(system: System, omega: np.ndarray) -> Response:
-    """Return the steady response of equation (5) without contact to the force P cos(omega t).
-
-    With the joint j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the
-    damper's d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2);
-    without a damper X1 = P / s.  The amplitudes are infinite at a resonance without damping, which
+    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].  With the joint
+    j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the damper's
+    d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2); without a
+    damper X1 = P / s, and no X2.  The amplitudes are infinite at a resonance without damping, which
     has no steady state.
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
     m1, k1, c1 = system.structure
     structure = k1 - m1 * omega**2 + 1j * omega * c1
     if not system.scene.damper:
-        return Response(system, omega, _amplitude(system.force, structure), None)
+        return _amplitude(system.force, structure), None
     joint = p["k2"] + 1j * omega * p["c2"]
     damper = joint - p["m2"] * omega**2
     whole = (structure + joint) * damper - joint**2
-    X1, X2 = (_amplitude(system.force * force, whole) for force in (damper, joint))
-    return Response(system, omega, X1, X2)
+    return _amplitude(system.force * damper, whole), _amplitude(system.force * joint, whole)
 
 
 def flow_matrix(system: System) -> np.ndarray:
@@ -79,17 +45,6 @@ def flow_matrix(system: System) -> np.ndarray:
     flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
     flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
     return flow
-
-
-def steady_state(system: System) -> np.ndarray:
-    """Return the state (2,) or (4,) of the steady motion without contact at t = 0."""
-    omega = system.parameters["omega"]
-    phasors = response(system, np.array([omega]))
-    amplitudes = [X[0] for X in (phasors.X1, phasors.X2) if X is not None]
-    state = np.array([x for X in amplitudes for x in (X.real, (1j * omega * X).real)])
-    if len(state) == 4:
-        state[2] += system.rest
-    return state
 
 
 def energy_alone(cells: np.ndarray) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.linear_response import response
 from paper.claims.claim import (
     Claim,
     Finding,
@@ -19,6 +18,7 @@ from paper.claims.measured import Data, Evidence
 from paper.claims.parameter_sets import SAME_CURVE, SET6
 from paper.claims.retention import name
 from paper.claims.three_dampers import absorber
+from paper.linear import response
 
 MODULI = (2.05e6, 2.05e7, 2.05e8, 2.05e9, 2.1e11)
 """Values of E2 [Pa], chosen here: the paper's, softer, and harder up to that of the obstacle."""

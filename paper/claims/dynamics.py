@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nlds_vines.model.linear_response import response
 from paper.claims.claim import (
     Claim,
     Finding,
@@ -19,6 +18,7 @@ from paper.claims.claim import (
 from paper.claims.contact_constants import SPECIAL
 from paper.claims.measured import Data, Evidence
 from paper.claims.parameter_sets import SET6, simple_region
+from paper.linear import response
 
 SOFTER = 2.5e7  # N/m^1.5, a K at which all three special regimes are found
 MOST, ALMOST_ALL = (

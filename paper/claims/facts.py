@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.model.linear_response import response
 from paper.claims.claim import (
     Check,
     Claim,
@@ -14,6 +13,7 @@ from paper.claims.claim import (
     tuning_frequency,
 )
 from paper.claims.measured import Evidence
+from paper.linear import response
 
 EXACT = 1e-6
 """The largest relative difference of a settled orbit's energy from the closed form."""

@@ -7,7 +7,6 @@ from itertools import pairwise
 import numpy as np
 
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from paper.claims.claim import (
     Claim,
@@ -25,6 +24,7 @@ from paper.claims.parameter_sets import (
     SIMILAR,
     reductions,
 )
+from paper.linear import response
 
 FREED = "tmd_k2=2083_c2=112"
 BOTH = "by peak and where tuned"

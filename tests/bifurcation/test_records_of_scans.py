@@ -10,9 +10,9 @@ from support import shortening
 
 import nlds_vines as nv
 from nlds_vines.model.labels import KEPT
-from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import modulation_of
 from nlds_vines.orbits.spectrum import LINES
+from paper.linear import response
 from scans import scan_of
 
 pytestmark = pytest.mark.kernels

@@ -14,7 +14,7 @@ from nlds_vines.continuation.picture import branch_diagram, picture
 from nlds_vines.continuation.regime_borders import borders_of
 from nlds_vines.continuation.result import read_continuation
 from nlds_vines.loads.picture import envelope
-from nlds_vines.model.linear_response import response
+from paper.linear import response
 
 pytestmark = pytest.mark.kernels
 

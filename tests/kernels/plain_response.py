@@ -9,7 +9,7 @@ from support import NOTHING
 from nlds_vines import System, load_system, simulate
 from nlds_vines.kernels.events.contact import contact
 from nlds_vines.kernels.laws import hertz
-from nlds_vines.model.linear_response import response, steady_state
+from paper.linear import response, steady_state
 
 FINE = {"nodes": 24, "contact_steps": 48.0}
 

@@ -14,8 +14,8 @@ from nlds_vines.kernels.numerics.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.orbit.repetition import impacts_of
 from nlds_vines.kernels.scene.codes import EXPONENTS, INTERVAL, LENGTH_OF_ROW, LYAPUNOV, OK
-from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
+from paper.linear import steady_state
 from scans import computed, scan_of
 
 

@@ -12,8 +12,9 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import ResponseCurve, ResponseCurves, curves_from
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.linear_response import energy_alone, flow_matrix, response, steady_state
+from nlds_vines.model.linear_response import energy_alone, flow_matrix
 from nlds_vines.tuning.request import load_tuning
+from paper.linear import response, steady_state
 
 
 def with_clearance(gap, **changes):

@@ -9,7 +9,7 @@ from nlds_vines import RequestError, continue_branch, load_system, simulate, slo
 from nlds_vines.continuation.branch_arm import at_value
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.linear_response import response
+from paper.linear import response
 
 
 @pytest.mark.parametrize("name", catalog())

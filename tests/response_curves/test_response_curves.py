@@ -13,9 +13,9 @@ from nlds_vines.bifurcation import response_curves
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import main
 from nlds_vines.model.labels import FLAGS
-from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
+from paper.linear import response
 
 
 def sampled(low, high, transient=200, periods=20):

@@ -36,9 +36,8 @@ from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME, recorded
 from nlds_vines.model.scenes import HOST
-from nlds_vines.orbits.batch import Wanted, on_threads, records_of
+from nlds_vines.orbits.batch import Wanted, on_threads, parts_of, records_of
 from nlds_vines.orbits.host_batch import kernels_for
-from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.starts import FALLBACK_LENGTH, Start, given_states, length_unit
 from nlds_vines.runs.progress import Tell

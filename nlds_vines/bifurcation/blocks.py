@@ -101,19 +101,17 @@ def _largest(scan: Scan) -> int:
 
 
 def _block_sides(scan: Scan) -> tuple[int, int]:
-    """Return the most cells of a block along the first of two axes, and along the last one."""
-    last, cells = scan.shape[-1], _block_cells(scan)
-    along = last if scan.start.sweeps else min(last, cells)
-    return (max(1, cells // last) if along == last else 1), along
+    """Return the most cells of a block along the first of two axes, and along the last one.
 
-
-def _block_cells(scan: Scan) -> int:
-    """Return the cells of a block of about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
+    They are those of about `BLOCK_PERIODS`, within `BLOCK_BYTES`.
+    """
     per_cell = scan.starts * (scan.transient + scan.periods)
     per_cell *= HOST_PERIODS if scan.system.scene.kind == HOST else 1
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
-    return max(1, min(by_time, by_size))
+    last, cells = scan.shape[-1], max(1, min(by_time, by_size))
+    along = last if scan.start.sweeps else min(last, cells)
+    return (max(1, cells // last) if along == last else 1), along
 
 
 _BLOCKS = 2  # in memory

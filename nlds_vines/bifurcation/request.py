@@ -60,14 +60,6 @@ def struck(scene: Scene) -> tuple[str, ...]:
     return scene.bodies_struck if len(scene.walls) > 1 else ()
 
 
-def scales_of_walls(scene: Scene) -> Iterator[Scale]:
-    """Yield the dimensions of what differs from damper to damper, and from wall to wall."""
-    if scene.dampers:
-        yield Scale("damper", np.array(scene.dampers), "1", "name of the damper")
-    if struck(scene):
-        yield Scale("wall", np.array(struck(scene)), "1", "what is struck")
-
-
 def state_scales(count: int) -> Iterator[Scale]:
     """Yield the dimensions of multipliers, exponents and complex parts for `count` components."""
     yield Scale.counted("multiplier", count, "Floquet multiplier, the largest modulus first", 1)
@@ -108,15 +100,13 @@ def table_of(
     size, touches = len(scene.components), records.touches_noted(want, scene, periods)
     lengths = {axis.name: axis.values.size for axis in axes}
     lengths |= {"start": start.orbits, "forcing_period": periods, "component": size}
-    lengths |= {"impact": touches} if touches else {}
-    lengths |= {"wall": len(walls)} if walls else {}
-    lengths |= {"damper": len(scene.dampers)} if scene.dampers else {}
-    lengths |= {"displacement": len(of)} if of else {}
+    lengths |= {"impact": touches, "wall": len(walls), "damper": len(scene.dampers)}
+    lengths |= {"displacement": len(of)}
     lengths |= {"multiplier": size, "exponent": size, "part": 2} if "evidence" in want else {}
     if spectral is not None:
         datasets = [spectral.in_units(dataset) for dataset in datasets]
         lengths |= spectral.lengths()
-    return Table.of(datasets, lengths)
+    return Table.of(datasets, {name: length for name, length in lengths.items() if length})
 
 
 def begins_at_sections(view: ArchiveView) -> bool:
@@ -403,9 +393,8 @@ class Scan(Request):
     @cached_property
     def table(self) -> Table:
         """The datasets of its archive."""
-        scene = self.system.scene
-        orbits = self.start, self.periods
-        return table_of(scene, self.want, self.axes, *orbits, self.spectral, self.of)
+        orbits = self.start, self.periods, self.spectral
+        return table_of(self.system.scene, self.want, self.axes, *orbits, self.of)
 
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
@@ -424,8 +413,15 @@ class Scan(Request):
             Scale.counted("forcing_period", periods, cycle, 1),
             Scale.counted("impact", touches, impact, 1),
             Scale("component", np.array(scene.components), "1", "component of the state"),
-            *scales_of_walls(scene),
-            *([Scale("displacement", np.array(self.of), "1", _OF)] if self.of else []),
+            *(
+                Scale(dim, np.array(names), "1", words)
+                for dim, names, words in (
+                    ("damper", scene.dampers, "name of the damper"),
+                    ("wall", struck(scene), "what is struck"),
+                    ("displacement", self.of, _OF),
+                )
+                if names
+            ),
             *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
             *(() if self.spectral is None else self.spectral.scales()),
         )

@@ -59,7 +59,6 @@ class ScanArchive(ArchivePath):
 
 
 def scan_in(path: str | os.PathLike[str]) -> ScanArchive:
-    """Return the `ScanArchive` of a path or of an archive in memory."""
     return ScanArchive.of(path)
 
 

@@ -65,7 +65,6 @@ class Report:
     depths: tuple[float, float] = (math.inf, 0.0)  # the least and the largest by which they do [m]
 
     def note(self, arrays: Mapping[str, np.ndarray] | archive.ArchiveView) -> None:
-        """Count the orbits of a block, or of an open archive."""
         status = arrays["status"]
         self.lanes += status.size
         self.failures += records.failures_in(status)

@@ -194,7 +194,6 @@ class Job:
             running.refuse_replacing("picture", self.plot, self.how.overwrite, mark)
 
     def run(self) -> Any:
-        """Compute, draw, and return the results."""
         self.refuse()
         results = self.results()
         if self.plot is not None:

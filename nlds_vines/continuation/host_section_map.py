@@ -21,9 +21,9 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import name_of
+from nlds_vines.orbits.batch import room_for
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, rows_of
-from nlds_vines.orbits.kernel_inputs import room_for
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs.progress import Tell
 

@@ -17,8 +17,8 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import name_of
 from nlds_vines.model.parameters import DESCRIBED, PARAMETERS
 from nlds_vines.model.system import System
+from nlds_vines.orbits.batch import parts_of, room_for, unit_norms
 from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell

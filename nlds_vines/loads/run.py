@@ -39,7 +39,7 @@ from nlds_vines.orbits.host_loads import (
     follow_load,
     longest_cell,
 )
-from nlds_vines.orbits.host_orbits import RESPONSE, HostOrbits, energies_of, response_of
+from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, response_of
 from nlds_vines.orbits.load_flight import LoadBatch
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.simulation import start_state
@@ -316,7 +316,7 @@ def _arrays_of_orbit(
     E1max, E2max = energies_of(orbit.records, system)
     response = response_of(orbit.records, request.duration)
     arrays |= {"E1max": np.array(E1max), **_last_times(orbit.edges, arrays["E1"], E1max)}
-    for column, name in enumerate(RESPONSE):
+    for column, name in enumerate(responses.OF_ROWS):
         by_name = dict(zip(shown, response[: len(shown), column], strict=True))
         arrays[name] = np.array([by_name.get(one, np.nan) for one in owners["displacement"]])
     damper, force = orbit.impacts["damper"], orbit.impacts["force"]

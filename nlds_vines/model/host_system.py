@@ -576,7 +576,6 @@ class HostSystem(Outlined):
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the table."""
         return host_system_from, (self.to_table(),)
 
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
@@ -691,6 +690,8 @@ def system_from_host(
     force: Mapping[str, float] | None,
     base: Mapping[str, Any] | None,
     omega: float | None,
+    name: str,
+    title: str,
 ) -> HostSystem:
     """Return the checked system; see `System.from_host`."""
     from nlds_vines.model.host import Host, with_influence
@@ -720,10 +721,11 @@ def system_from_host(
     # dampers with a mass come first, as the links of kernels do
     ordered = tuple(sorted(dampers, key=lambda damper: damper.m is None))
     check_places(host, ordered)
-    system = HostSystem(host, ordered, MappingProxyType(forces), acceleration, float(omega))
-    name, count = Counter(system.scene.components).most_common(1)[0]
+    words = string("name", name) or HOST, string("title", title)
+    system = HostSystem(host, ordered, MappingProxyType(forces), acceleration, float(omega), *words)
+    component, count = Counter(system.scene.components).most_common(1)[0]
     if count > 1:
-        raise RequestError(f"{name!r} names two components of states: take another name")
+        raise RequestError(f"{component!r} names two components of states: take another name")
     return system
 
 
@@ -755,9 +757,8 @@ def host_system_from(
     used += forced if isinstance(forced, Mapping) else []
     with at("[system.host]"):
         host = host_from(table("host", entry.get("host", {})), [*dict.fromkeys(used)])
-    system = system_from_host(host, dampers, forced, drive.get("base"), rate)
-    title, name = string("title", entry.get("title", "")), entry.get("name", name)
-    return replace(system, name=string("name", name) or system.name, title=title)
+    words = entry.get("name", name), entry.get("title", "")
+    return system_from_host(host, dampers, forced, drive.get("base"), rate, *words)
 
 
 _KEYS = ("kind", "name", "title", "host", "dampers", "force")

@@ -223,9 +223,7 @@ class System(Outlined):
         """
         from nlds_vines.model.host_system import system_from_host
 
-        system = system_from_host(host, dampers, force, base, omega)
-        name, title = string("name", name) or system.name, string("title", title)
-        return replace(system, name=name, title=title)
+        return system_from_host(host, dampers, force, base, omega, name, title)
 
     def heading(self) -> str:
         """Return its name and title."""

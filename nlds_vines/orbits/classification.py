@@ -19,11 +19,10 @@ from nlds_vines.model.catalog import any_system, without_hosts
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Wanted
+from nlds_vines.orbits.batch import Wanted, parts_of, room_for, unit_norms
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.host_batch import kernels_for
 from nlds_vines.orbits.host_orbits import HostOrbits
-from nlds_vines.orbits.kernel_inputs import parts_of, room_for, unit_norms
 from nlds_vines.orbits.records import USUAL
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, Settings, chosen_settings

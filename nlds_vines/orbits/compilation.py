@@ -46,8 +46,6 @@ def kernels_of(want: Collection[str]) -> tuple[str, ...]:
     return ("orbit", *["verdict"] * judged)
 
 
-# ---- messages ----
-
 _silent = False
 
 
@@ -66,9 +64,6 @@ def notice(quiet: bool = False) -> Tell | None:
     """Return a function that prints messages in Python; None if quiet, or in a worker of a pool."""
     is_worker = multiprocessing.parent_process() is not None
     return None if quiet or _silent or is_worker else progress.notice()
-
-
-# ---- this process ----
 
 
 class Compilation:
@@ -159,9 +154,6 @@ class Compilation:
             self._other.kill()
             self._other.communicate()
         self._began = self._clock = self._other = None
-
-
-# ---- the other process ----
 
 
 def begin(needed: Needed) -> Process | None:

@@ -31,7 +31,6 @@ from nlds_vines.orbits.batch import (
     on_threads,
 )
 from nlds_vines.orbits.host_orbits import (
-    RESPONSE,
     HostOrbits,
     compile_host,
     energies_of,
@@ -83,7 +82,7 @@ class HostKernels:
         shape, others = (len(sweeps), sweeps.shape[1]), {*self._wanted.want} - {"response"}
         outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, periods)
         if "response" in self._wanted.want:
-            response = np.full((*shape, len(self._of), len(RESPONSE)), np.nan)
+            response = np.full((*shape, len(self._of), len(OF_ROWS)), np.nan)
             outputs = replace(outputs, buffers=outputs.buffers._replace(response=response))
         if not JUDGED.isdisjoint(others):
             length = HostOrbits(self._system).layout.impacts.stop

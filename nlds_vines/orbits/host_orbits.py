@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
 from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
@@ -24,19 +24,20 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.parameters import CONSTANTS, DAMPING
-from nlds_vines.orbits.batch import Layout
+from nlds_vines.orbits.batch import WALLS, Layout
 from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.records import HOST_IMPACT, NOTED
-from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
-from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD
+from nlds_vines.orbits.starts import (
+    DAMPER_SPREAD,
+    FALLBACK_LENGTH,
+    STRUCTURE_SPREAD,
+    checked_start,
+)
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
 RECORDS = ("section", "impacts", "energy", "response", "trajectory")
-
-RESPONSE = tuple(OF_ROWS)
 
 IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 
@@ -64,13 +65,7 @@ class HostOrbits:
         masses = np.array([damper.m for damper in system.masses])
         self.size, size = n + len(masses), n + len(masses)
         inverse = np.concatenate([np.ones(n), 1 / masses])
-
-        def by_mode(rows: np.ndarray) -> np.ndarray:
-            """Return rows by modes and masses of rows by coordinates and masses."""
-            return np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
-
-        rows = by_mode(system.rows())
-        push = by_mode(system.push()[None])[0]
+        rows, push = self.by_mode(system.rows()), self.by_mode(system.push()[None])[0]
         walls = [(i, wall) for i, damper in enumerate(system.dampers) for wall in damper.walls]
         self.names = [(system.dampers[i].name, wall.side) for i, wall in walls]
         self.body = Body(
@@ -116,6 +111,11 @@ class HostOrbits:
         )
         self.tolerance = tolerance
 
+    def by_mode(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows by modes and masses of rows by coordinates and masses."""
+        n = len(self.modes)
+        return np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
+
     def records(self, energy: bool, names: Sequence[str]) -> HostRecords | None:
         """Return empty records of energies and of the response of rows, None if neither is wanted.
 
@@ -126,14 +126,13 @@ class HostOrbits:
             return None
         pairs = [system.displacement(name) for name in names]
         rows = np.array([row for row, _ in pairs]).reshape(len(names), -1 if names else self.size)
-        by_mode = np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
         count = 1 + len(system.masses) if energy else 0
         m = np.concatenate([np.ones(n), [damper.m for damper in system.masses]])
         k = np.concatenate([self.body.squares, [damper.k for damper in system.masses]])
         return HostRecords(
             masses=m if count else np.zeros(0),
             springs=k if count else np.zeros(0),
-            rows=by_mode.ravel(),
+            rows=self.by_mode(rows).ravel(),
             grounds=np.array([system.acceleration * moved for _, moved in pairs]),
             peaks=np.zeros(count + 2 * len(names)),
             squares=np.zeros(len(names)),
@@ -233,14 +232,7 @@ class HostOrbits:
         state = np.zeros(2 * size)
         if start is None:
             return state
-        names = self.system.scene.components
-        try:
-            values = np.asarray(start, dtype=float)
-        except (TypeError, ValueError):
-            values = np.empty(0)
-        if values.shape != (len(names),) or not np.isfinite(values).all():
-            text = f"{len(names)} finite numbers {', '.join(names)}"
-            raise RequestError(f"start = {shown(start)}; allowed: {text}")
+        values = checked_start(start, self.system.scene.components)
         for part in (0, 1):
             on_host = _times(values[None, part : 2 * n : 2], self.system.host.M)
             state[part * size : part * size + n] = _times(on_host, self.modes)[0]
@@ -337,7 +329,7 @@ def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.nda
 
 
 def response_of(records: HostRecords, duration: float) -> np.ndarray:
-    """Return the quantities `RESPONSE` of each row, (rows, 3); duration: of the records [s]."""
+    """Return the quantities `OF_ROWS` of each row, (rows, 3); duration: of the records [s]."""
     rows = len(records.grounds)
     x, a = records.peaks[len(records.peaks) - 2 * rows :].reshape(2, rows)
     rms = np.sqrt(records.squares / duration) if duration > 0 else np.full(rows, np.nan)

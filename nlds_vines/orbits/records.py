@@ -93,8 +93,6 @@ def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:
     )
 
 
-# ---- impacts of one orbit ----
-
 # A row of `Orbit.impacts`: the body that is struck; times of touch and release [s]; approach speed
 # [m/s]; peak force [N]; depth [m]; changes of E1 and E2 from touch to release [J].
 IMPACT_NUMBERS = ("touch", "release", "speed", "force", "depth", "gain1", "gain2")
@@ -153,9 +151,6 @@ def modulation_of(
         "two_impacts": counts[..., 2] / periods,
         "capture": np.select(conditions, [0, 1, 2], 3),
     }
-
-
-# ---- statuses ----
 
 
 class Status(NamedTuple):

@@ -99,7 +99,6 @@ def values_of(filled: np.ndarray, system: System) -> Mapping[str, Any]:
 
 
 def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
-    """Return u = x2 - x1 [m]."""
     return states[:, 2] - states[:, 0]
 
 

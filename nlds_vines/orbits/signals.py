@@ -104,8 +104,6 @@ def histories_of(
     return signals | {name: signal_of(system, name) for name in names if name not in signals}
 
 
-# ---- of hosts ----
-
 _WORDS = {
     "x": "displacement",
     "v": "velocity",

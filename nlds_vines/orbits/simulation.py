@@ -23,16 +23,15 @@ from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
+from nlds_vines.orbits.batch import parts_of
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.host_orbits import RECORDS as HOST_RECORDS
 from nlds_vines.orbits.host_orbits import (
-    RESPONSE,
     HostOrbits,
     energies_of,
     follow_host,
     response_of,
 )
-from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.records import (
     IMPACT,
     IMPACT_NUMBERS,
@@ -40,10 +39,11 @@ from nlds_vines.orbits.records import (
     Violation,
     refuse_impossible,
 )
+from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
-from nlds_vines.orbits.starts import ROUND_OFF
+from nlds_vines.orbits.starts import ROUND_OFF, checked_start
 from nlds_vines.runs.interrupts import stoppable
 
 if TYPE_CHECKING:
@@ -372,30 +372,24 @@ class HostBeginning(NamedTuple):
         orbits = HostOrbits(system, self.settings.stepped_to)
         state = orbits.start(self.state, self.is_put_on_walls)
         rows = self.of if "response" in record else ()
-        records = orbits.records("energy" in record, rows)
+        records: Any = orbits.records("energy" in record, rows)
         code, section, impacts, _ = follow_host(orbits, state, span, notice(quiet), records)
         if code != OK:
             raise IntegrationError.of(system, code)
-        states = orbits.states(section)
-        E1max, E2max = None, None
-        if records is not None and "energy" in record:
-            E1max, E2max = energies_of(records, system)
-        response = None
-        if records is not None and "response" in record:
+        states, results = orbits.states(section), dict[str, Any]()
+        if "energy" in record:
+            results["E1max"], results["E2max"] = energies_of(records, system)
+        if "response" in record:
             table = response_of(records, periods * system.period).tolist()
-            response = {
-                row: dict(zip(RESPONSE, values, strict=True))
-                for row, values in zip(rows, table, strict=True)
-            }
+            of_rows = (dict(zip(OF_ROWS, values, strict=True)) for values in table)
+            results["response"] = dict(zip(rows, of_rows, strict=True))
         count = span.first * span.stops + 1 + np.arange(len(states))
         return Orbit(
             system,
             orbits.states(state),
             section=states[span.stops - 1 :: span.stops] if "section" in record else None,
             impacts=orbits.table_of(impacts) if "impacts" in record else None,
-            E1max=E1max,
-            E2max=E2max,
-            response=response,
+            **results,
             trajectory=states if has_all else None,
             time=count * (system.period / span.stops) if has_all else None,
             transient=span.first,
@@ -425,7 +419,6 @@ class Beginning(NamedTuple):
         *,
         quiet: bool = True,
     ) -> Orbit:
-        """Integrate the orbit as `simulate` does; raise `IntegrationError` if that fails."""
         system, scene = self.system, self.system.scene
         stops = samples if "trajectory" in record else 1
         has_states = "section" in record or "trajectory" in record
@@ -475,10 +468,10 @@ class Beginning(NamedTuple):
         last = [x1, v1, x1 - r + self.cell.rest, v1 - s] if scene.damper else [x1, v1]
         return Orbit(system, np.array(last), **results, transient=transient)
 
-    def after(self, periods: int, *, quiet: bool = True) -> Beginning:
+    def after(self, periods: int) -> Beginning:
         state, limit = self.state.copy(), self.system.scene.limit
         cell = CellBuffers(violation=None if limit is None else np.zeros(3))
-        self._run((), cell, state, Span(periods, 0, 1), quiet)
+        self._run((), cell, state, Span(periods, 0, 1), quiet=True)
         return self._replace(state=state)
 
     def _run(
@@ -589,14 +582,7 @@ def start_state(
     state = np.zeros(STATE_SIZE)
     if start is None:
         return state
-    names = system.scene.components
-    try:
-        values = np.asarray(start, dtype=float)
-    except (TypeError, ValueError):  # no numbers at all
-        values = np.empty(0)
-    if values.shape != (len(names),) or not np.isfinite(values).all():
-        text = f"{len(names)} finite numbers {', '.join(names)}"
-        raise RequestError(f"start = {shown(start)}; allowed: {text}")
+    values = checked_start(start, system.scene.components)
     state[:2] = values[:2]
     if system.scene.damper:
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]

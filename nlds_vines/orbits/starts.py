@@ -106,6 +106,18 @@ def _numbers(state: object) -> tuple[float, ...]:
     return tuple(number("state", value) for value in state)
 
 
+def checked_start(start: Any, names: Sequence[str]) -> np.ndarray:
+    """Return the state of the components `names` in which an orbit starts."""
+    try:
+        values = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):  # no numbers at all
+        values = np.empty(0)
+    if values.shape != (len(names),) or not np.isfinite(values).all():
+        text = f"{len(names)} finite numbers {', '.join(names)}"
+        raise RequestError(f"start = {shown(start)}; allowed: {text}")
+    return values
+
+
 def given_states(
     cells: np.ndarray, start: Start, initial: Mapping[str, np.ndarray], scene: Scene
 ) -> np.ndarray:

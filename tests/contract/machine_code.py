@@ -21,7 +21,7 @@ from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.batch import parts_of
 
 CASES = {
     "none": ("none", "exact", "section"),

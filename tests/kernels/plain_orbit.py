@@ -27,7 +27,7 @@ from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Parts, Span, Structure
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.batch import parts_of
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch import touch as limit
 from nlds_vines.kernels.watch.response import watch_piece
 from nlds_vines.model.catalog import catalog
-from nlds_vines.orbits.kernel_inputs import WALLS
+from nlds_vines.orbits.batch import WALLS
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings
 

@@ -23,7 +23,7 @@ from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.model.labels import final
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch
-from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.batch import parts_of
 from nlds_vines.runs.executors import use_threads
 
 pytestmark = pytest.mark.kernels

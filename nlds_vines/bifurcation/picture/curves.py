@@ -270,7 +270,6 @@ def _in_latex(settings: Mapping[str, Any] | None) -> str:
 
 
 def _look_of(case: Case) -> dict[str, Any]:
-    """Return how a curve is drawn: the base stronger, and over the others."""
     width, order = (1.5, 3.5) if case.base else (1.0, 3.0)
     return {"color": case.color, "linestyle": case.line, "linewidth": width, "zorder": order}
 

@@ -176,7 +176,6 @@ class ScanPicture(Drawing):
         page: Page = TWO_COLUMNS,
         ax: Axes | None = None,
     ) -> Figure:
-        """Return the figure of an open archive, see `Drawing` and `choices.check_show`."""
         if SAMPLE in view.axes:
             return SAMPLES.figure(view, show, page, ax)
         for name in view.axes:

@@ -43,9 +43,16 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.catalog import as_system, catalog, request_path
+from nlds_vines.model.catalog import AnySystem, any_system, catalog, request_path
+from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.model.parameters import DESCRIBED, PARAMETERS, range_in_words, setting_in_words
+from nlds_vines.model.parameters import (
+    DESCRIBED,
+    PARAMETERS,
+    flat,
+    range_in_words,
+    setting_in_words,
+)
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
@@ -77,7 +84,7 @@ CASE, WALL = "case", "wall"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
 CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
-ENERGY = "E1max"  # drawn by default
+ENERGY, REDUCTION = "E1max", "reduction"  # drawn by default
 
 SHOWN = tuple(
     entry.name
@@ -103,7 +110,13 @@ def _color(value: object) -> str:
 
 
 def _in_words(settings: Mapping[str, Any] | None) -> str:
-    return ", ".join(setting_in_words(*item) for item in (settings or {}).items())
+    return ", ".join(setting_in_words(*item) for item in flat(settings or {}).items())
+
+
+def numbers_of_orbits(scan: Scan) -> dict[str, Dataset]:
+    """Return the datasets of a scan with one value for each orbit, or for each wall."""
+    datasets = scan.table.datasets.items()
+    return {name: entry for name, entry in datasets if {*entry.tail} <= {WALL}}
 
 
 @dataclass(frozen=True)
@@ -212,7 +225,7 @@ class CurveRequest(Request):
                     f"start = {shown(start.policy)} begins {start.orbits} orbits at each value; "
                     f"allowed: {', '.join(CURVE_STARTS)}"
                 )
-        recorded = {name for case in self.cases for name in case.scan.table.datasets}
+        recorded = {name for case in self.cases for name in numbers_of_orbits(case.scan)}
         for name in self.show:
             if name not in recorded:
                 allowed = ", ".join(word for word in SHOWN if word in recorded)
@@ -271,13 +284,12 @@ class CurveRequest(Request):
 
     @cached_property
     def table(self) -> Table:
-        """The datasets of all scans with one value for each orbit, or for each wall."""
+        """The `numbers_of_orbits` of all scans."""
         datasets: dict[str, Dataset] = {}
         for scan in sorted(self.scans, key=lambda scan: not scan.system.scene.damper):
-            for name, entry in scan.table.datasets.items():
+            for name, entry in numbers_of_orbits(scan).items():
                 dims, former = (CASE, *entry.dims), datasets.get(name)
-                is_wider = former is None or len(dims) > len(former.dims)
-                if is_wider and {*entry.tail} <= {WALL}:
+                if former is None or len(dims) > len(former.dims):
                     datasets[name] = replace(entry, dims=dims)
         return Table(datasets, {scale.name: scale.values.size for scale in self.scales()})
 
@@ -285,7 +297,7 @@ class CurveRequest(Request):
         starts = np.array(self.scans[0].start.names, dtype=np.str_)
         return [
             Scale(CASE, np.array(self.names), "1", "damper, or the structure alone"),
-            PARAMETERS[self.axis].scale(self.values),
+            DESCRIBED[self.axis].scale(self.values),
             Scale("start", starts, "1", "start of the orbit"),
             Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
         ]
@@ -295,10 +307,12 @@ class CurveRequest(Request):
         names, kinds = [one.name for one in systems], [one.kind for one in systems]
         yield Dataset.text("system", (CASE,), "name of the system"), np.array(names, object)
         yield Dataset.text("kind", (CASE,), "kind of damper"), np.array(kinds, object)
-        for name in PARAMETERS:
+        for name in dict.fromkeys(
+            [*PARAMETERS, *(key for one in systems for key in one.parameters)]
+        ):
             values = np.array([one.parameters.get(name, np.nan) for one in systems])
             if name != self.axis and not np.isnan(values).all():
-                yield PARAMETERS[name].dataset((CASE,)), values
+                yield DESCRIBED[name].dataset((CASE,)), values
 
     @cached_property
     def hash(self) -> str:
@@ -335,7 +349,9 @@ FORM = Form(
 )
 """The tables and keys of a request file of response curves: those of a scan, and more."""
 
-Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | CurveRequest | None
+Source = (
+    str | os.PathLike[str] | AnySystem | Sequence[Any] | Mapping[str, Any] | CurveRequest | None
+)
 """What may stand for a request: systems or their names, a file, the document in one."""
 
 
@@ -353,7 +369,9 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
         systems = DAMPERS if source is None else listed
     if systems:
         with at("--system"):
-            made = [as_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems]
+            made = [
+                any_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems
+            ]
         colors, rows = damper_colors([system.name for system in made]), []
         for i, (system, color) in enumerate(zip(made, colors, strict=True)):
             line = LINES[i % len(LINES)] if system.scene.damper else "solid"
@@ -424,19 +442,24 @@ def load_curves(
     )
 
 
+def without_damper(system: AnySystem) -> Any:
+    if isinstance(system, HostSystem):
+        return replace(system, dampers=(), name="host", title="")
+    allowed, ratios = SCENES["none"].allowed, ratios_in(SCENES["none"])
+    values = {name: value for name, value in system.parameters.items() if name in allowed}
+    fixed = {k: v for k, v in system.fixed_ratios.items() if k in ratios}
+    return System("none", values, title=catalog()["none"].title, fixed_ratios=fixed)
+
+
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers."""
-    allowed, title = SCENES["none"].allowed, catalog()["none"].title
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
     for scan in (case.scan for case in request.cases):
-        system = scan.system
-        if system.scene.damper and request.axis in allowed:
-            values = {name: value for name, value in system.parameters.items() if name in allowed}
-            ratios = ratios_in(SCENES["none"])
-            fixed = {k: v for k, v in system.fixed_ratios.items() if k in ratios}
-            bare = System("none", values, title=title, fixed_ratios=fixed)
-            want = tuple(word for word in ("energy", "response") if word in scan.want)
-            scan = replace(scan, title=title, system=bare, want=want)
+        bare = without_damper(scan.system)
+        if scan.system.scene.damper and request.axis in bare.scene.allowed:
+            has = ("energy",) if isinstance(bare, HostSystem) else ("energy", "response")
+            want = tuple(word for word in has if word in scan.want)
+            scan = replace(scan, title=bare.heading(), system=bare, want=want, of=())
             if scan.hash not in there:
                 alone[scan.hash] = scan
     cases = [
@@ -456,6 +479,7 @@ class ResponseCurve(Outlined):
     name: str  # of the case
     case: Case  # its scan, and the look of its curve
     numbers: Mapping[str, np.ndarray]  # (n, starts) by quantity; of two walls the larger value
+    alone: np.ndarray | None = None  # (n,) E1max of the structure alone, if there is a damper
 
     def outline(self) -> Rows:
         return [("recorded", ", ".join(self.numbers))]
@@ -489,10 +513,9 @@ class ResponseCurve(Outlined):
 
     @property
     def peak_reduction(self) -> float:
-        """1 - peak / peak of the structure alone in closed form; NaN without a damper."""
-        scan = self.case.scan
-        alone = float(energy_alone(scan.cells()).max()) if scan.system.scene.damper else np.nan
-        return 1.0 - self.peak / alone if alone else np.nan
+        """1 - peak / peak of the structure alone; NaN without a damper."""
+        highest = np.nan if self.alone is None else float(self.alone.max())
+        return 1.0 - self.peak / highest if highest else np.nan
 
     @property
     def failed(self) -> int:
@@ -574,7 +597,29 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
         for key, values in numbers.items():
             numbers[key] = np.fmax.reduce(values, axis=-1) if values.ndim > 2 else values
         curves.append(ResponseCurve(name, case, numbers))
+    for i, curve in enumerate(curves):
+        alone = _energy_alone(curve.case.scan, curves)
+        numbers = dict(curve.numbers)
+        if alone is not None and REDUCTION not in numbers:  # of a host
+            numbers[REDUCTION] = 1.0 - numbers[ENERGY] / alone[:, np.newaxis]
+        curves[i] = replace(curve, numbers=numbers, alone=alone)
     return ResponseCurves(ArchivePath.of(view.path), request, tuple(curves))
+
+
+def _energy_alone(scan: Scan, curves: Sequence[ResponseCurve]) -> np.ndarray | None:
+    """Return E1max (n,) of the structure alone: in closed form, of a host along its own curve."""
+    system: AnySystem = scan.system
+    if not system.scene.damper:
+        return None
+    if not isinstance(system, HostSystem):
+        return energy_alone(scan.cells())
+    parts = ("kind", "host", "force")
+    bare = [system.to_table()[part] for part in parts]
+    for curve in curves:
+        other = curve.case.scan.system
+        if not other.scene.damper and [other.to_table().get(part) for part in parts] == bare:
+            return curve.E1max
+    return None
 
 
 # ---- the function and the command ----------------------------------------------------------------

@@ -25,7 +25,7 @@ from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.bifurcation.response_curves import CurveRequest
+from nlds_vines.bifurcation.response_curves import CurveRequest, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
@@ -136,7 +136,8 @@ class Cases:
             if self._computer is None or self._computer.scan is not scan:
                 self._computer = Computer(scan, tell=self._tell)
             arrays = self._computer.block(Block(block.index, tuple(slices)))
-            self._cached[key] = {name: arrays[name] for name in datasets.keys() & arrays.keys()}
+            names = datasets.keys() & numbers_of_orbits(scan).keys()
+            self._cached[key] = {name: arrays[name] for name in names}
         table = dict[str, np.ndarray]()
         for name, entry in datasets.items():
             tail = self.scan.table.shape(name)[len(block.shape) :]

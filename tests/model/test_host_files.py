@@ -219,7 +219,6 @@ def test_no_value_in_a_file_raises_anything_but_one_line(table):
 @pytest.mark.parametrize(
     "task",
     [
-        lambda path: nv.response_curves([path]),
         lambda path: nv.slow_manifold(path),
     ],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import paper_results
 import pytest
 from matplotlib.colors import to_hex
+from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
@@ -355,3 +356,48 @@ def test_a_dry_run_says_what_would_be_done(here, answer):
     assert "100 + 10 each, 1650 in all" in text
     assert "page.h5" in text
     assert sorted(path.name for path in here.iterdir()) == ["page.toml"]
+
+
+@pytest.mark.kernels
+def test_kinds_as_hosts_have_their_curves_and_reductions(tmp_path):
+    systems = [nv.load_system(name, P=600.0) for name in ("tmd", "ssul-set6")]
+    tables = {"vary": {"omega": [5.0, 5.9, 6.28, 7.0]}, "sampling": {"transient": 900}}
+    kinds = nv.response_curves(systems, quiet=True, **tables)
+    path = tmp_path / "hosts.h5"
+    hosts = nv.response_curves([*map(as_host, systems)], to=path, quiet=True, **tables)
+    for kind, host in zip(kinds.curves, hosts.curves, strict=True):
+        assert host.cycles().tolist() == kind.cycles().tolist()
+        for name in ("E1max", "E2max", "reduction"):
+            if name in host.numbers:
+                np.testing.assert_allclose(host[name], kind[name], rtol=1e-6)
+        assert ("reduction" in host.numbers) == (host is not hosts.curves[0])
+        assert host.peak_reduction == pytest.approx(kind.peak_reduction, rel=1e-6, nan_ok=True)
+    labels = [axes.get_ylabel() for axes in nv.plot(path).axes]
+    assert labels[-1] == "reduction [%]"
+    with nv.read(path) as view:
+        np.testing.assert_array_equal(
+            view["u.m"], [np.nan, *(one.parameters["m2"] for one in systems)]
+        )
+
+
+@pytest.mark.kernels
+def test_a_frame_without_dampers_has_its_energy_in_closed_form():
+    frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+    cells = [
+        nv.Damper(name, "roof", m=300.0, k=500.0, c=60.0, walls=[nv.Wall(0.01, K=3e7)])
+        for name in "ab"
+    ]
+    drive = {"force": {"roof": 1500.0, "floor1": 300.0}, "omega": 12.6}
+    systems = [nv.System.from_host(frame, cells[:count], **drive, name="ab") for count in (1, 2)]
+    curves = nv.response_curves(systems, vary={"omega": [12.0, 12.6, 35.0]}, quiet=True)
+    alone, *damped = curves.curves
+    for omega, energy in zip(alone.values, alone.E1max, strict=True):
+        X = frame.frequency_response(omega, force=drive["force"])
+        mean = omega**2 * (X.conj() @ frame.M @ X) + X.conj() @ frame.K @ X
+        swing = X @ frame.K @ X - omega**2 * (X @ frame.M @ X)
+        assert energy == pytest.approx((mean.real + abs(swing)) / 4, rel=1e-9)
+    for curve in damped:
+        np.testing.assert_array_equal(curve["reduction"], 1.0 - curve.E1max / alone.E1max)
+        assert curve.peak_reduction == 1.0 - curve.peak / alone.peak
+    assert ["E2max" in curve.numbers for curve in damped] == [True, True]
+    assert np.isnan(damped[1]["E2max"]).all()  # of each of two dampers: along no one curve

@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.response_curves import (
     ENERGY,
+    REDUCTION,
     Case,
     CurveRequest,
     ResponseCurve,
@@ -24,6 +25,7 @@ from nlds_vines.bifurcation.response_curves import (
 )
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.model.linear_response import harmonic_energy
+from nlds_vines.model.parameters import flat
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting.bands import bands, one_regime
 from nlds_vines.plotting.chosen_panels import Picture
@@ -44,7 +46,6 @@ from nlds_vines.plotting.style import CM, DOT, axis_label, quantity_label, setti
 IMPACTS = "#fff7c2"  # the color of values with impacts: light yellow, as in Figure 2b
 RESONANCE = "#444444"  # the color of the structure's natural frequency
 BASE = "#b03a00"  # the color of the title of the panel that shows the original tuning
-REDUCTION = "reduction"
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
 _NARROW, _LOWER = 4.6 * CM, 3.6 * CM  # inches: a panel in one column of a paper; the reduction
@@ -266,7 +267,7 @@ def _natural_frequencies(cases: Sequence[Case], request: CurveRequest) -> dict[f
 
 
 def _in_latex(settings: Mapping[str, Any] | None) -> str:
-    return ", ".join(setting_label(name, value) for name, value in (settings or {}).items())
+    return ", ".join(setting_label(name, value) for name, value in flat(settings or {}).items())
 
 
 def _look_of(case: Case) -> dict[str, Any]:

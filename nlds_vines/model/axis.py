@@ -26,13 +26,7 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.parameters import (
-    DESCRIBED,
-    INITIAL,
-    PARAMETERS,
-    RATIOS,
-    ends_in_words,
-)
+from nlds_vines.model.parameters import DESCRIBED, INITIAL, PARAMETERS, RATIOS, ends_in_words
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
 MOST_VALUES = 10**7  # more than can be computed, fewer than fill the memory

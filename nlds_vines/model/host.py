@@ -374,11 +374,7 @@ class Host(Outlined):
         return self.shape.T @ unit
 
     def reduced(
-        self,
-        keep: int | None = None,
-        *,
-        below: float | None = None,
-        statics: Sequence[str] = (),
+        self, keep: int | None = None, *, below: float | None = None, statics: Sequence[str] = ()
     ) -> Host:
         """Return the host reduced to its lowest modes and to chosen static responses.
 
@@ -469,11 +465,7 @@ class Host(Outlined):
         return host._in_modes(self.dofs, self.shape @ V, inertia, self.influence, note=note)
 
     def frequency_response(
-        self,
-        omega: Any,
-        *,
-        force: Mapping[str, float] | None = None,
-        base: float | None = None,
+        self, omega: Any, *, force: Mapping[str, float] | None = None, base: float | None = None
     ) -> np.ndarray:
         """Return the steady response to a harmonic force, or to harmonic motion of the ground.
 

@@ -68,11 +68,7 @@ class HostKernels:
     """
 
     def __init__(
-        self,
-        system: HostSystem,
-        wanted: Wanted,
-        tell: Tell | None = None,
-        of: tuple[str, ...] = (),
+        self, system: HostSystem, wanted: Wanted, tell: Tell | None = None, of: tuple[str, ...] = ()
     ) -> None:
         self._system, self._wanted, self._tell, self._of = system, wanted, tell, of
         self.records = bool(wanted.want)

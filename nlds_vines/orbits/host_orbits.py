@@ -28,12 +28,7 @@ from nlds_vines.orbits.batch import WALLS, Layout
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.records import HOST_IMPACT, NOTED
 from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
-from nlds_vines.orbits.starts import (
-    DAMPER_SPREAD,
-    FALLBACK_LENGTH,
-    STRUCTURE_SPREAD,
-    checked_start,
-)
+from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD, checked_start
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 

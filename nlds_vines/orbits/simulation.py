@@ -26,19 +26,8 @@ from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import parts_of
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.host_orbits import RECORDS as HOST_RECORDS
-from nlds_vines.orbits.host_orbits import (
-    HostOrbits,
-    energies_of,
-    follow_host,
-    response_of,
-)
-from nlds_vines.orbits.records import (
-    IMPACT,
-    IMPACT_NUMBERS,
-    STATUS,
-    Violation,
-    refuse_impossible,
-)
+from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, follow_host, response_of
+from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, STATUS, Violation, refuse_impossible
 from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings

@@ -13,9 +13,10 @@ import numpy as np
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, whole
 from nlds_vines.kernels.cells import cycles
+from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.catalog import any_system, without_hosts
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
@@ -184,7 +185,7 @@ class Regime(Outlined):
         >>> bool(abs(spectrum.exponents.sum() - spectrum.divergence) < 1e-9)
         True
         """
-        return lyapunov_spectrum(without_hosts(self.system), self.state, periods, quiet)
+        return lyapunov_spectrum(self.system, self.state, periods, quiet)
 
     @property
     def least_lifetime(self) -> float:
@@ -316,8 +317,8 @@ class LyapunovSpectrum(Outlined):
     Attributes
     ----------
     exponents : (4,) ndarray
-        Mean growth rates [1/s]; two without a damper; -inf for variations that contacts reduce to
-        zero.
+        Mean growth rates [1/s]; two without a damper, as many as components of the state of a
+        host; -inf for variations that contacts reduce to zero.
     widths : (4,) ndarray
         Half widths of their 99 % intervals [1/s], from the means of 16 successive batches; 0 for
         exponents of -inf.
@@ -327,7 +328,7 @@ class LyapunovSpectrum(Outlined):
         Mean growth rates [1/s] up to these times; the last row is `exponents`.
     divergence : float
         Mean divergence [1/s] of the flow and the contacts, computed apart from the exponents. Their
-        sum equals it: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing.
+        sum equals it: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing.  NaN of a host.
     """
 
     exponents: np.ndarray
@@ -354,21 +355,23 @@ class LyapunovSpectrum(Outlined):
         pairs = zip(self.exponents.tolist(), self.widths.tolist(), strict=True)
         yield "exponents [1/s]", "; ".join(f"{e:.4g} +- {width:.1g}" for e, width in pairs)
         total = float(self.exponents.sum())
-        yield "sum [1/s]", f"{total:.10g}; mean divergence {self.divergence:.10g}"
+        check = f"; mean divergence {self.divergence:.10g}" * math.isfinite(self.divergence)
+        yield "sum [1/s]", f"{total:.10g}{check}"
         yield "averages over", f"{len(self.times)} forcing periods, {self.times[-1]:.6g} s"
 
 
 def lyapunov_spectrum(
-    system: System,
+    system: System | HostSystem,
     start: Sequence[float] | np.ndarray | None,
     periods: int = PERIODS,
     quiet: bool = False,
 ) -> LyapunovSpectrum:
     """Return the Lyapunov spectrum of the orbit from `start` over `periods`, after `ALIGNING`."""
     whole("periods", periods, BATCHES)
-    y = start_state(system, system.cell.rest, start)[:4]
     needed = Needed(system.scene.key, "exact", ())
-    logs, volume = _growth(system, y, ALIGNING + periods, Compilation(needed, notice(quiet), False))
+    logs, volume = _growth(
+        system, start, ALIGNING + periods, Compilation(needed, notice(quiet), False)
+    )
     times = system.period * np.arange(1, periods + 1)
     running = np.cumsum(logs[ALIGNING:], axis=0) / times[:, np.newaxis]
     each = periods // BATCHES
@@ -381,25 +384,39 @@ def lyapunov_spectrum(
 
 @stoppable
 def _growth(
-    system: System, y: np.ndarray, periods: int, compilation: Compilation
+    system: System | HostSystem,
+    start: Sequence[float] | np.ndarray | None,
+    periods: int,
+    compilation: Compilation,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the logarithms of the growth of orthonormal variations and of volumes in each period.
 
     Shapes (periods, size) and (periods,).  Components are in energy norms of their unit states.
     """
-    parts, size = parts_of("exact", system.scene, Settings()), len(system.scene.components)
-    cell = np.atleast_1d(system.cells()).view(np.recarray)
-    logs, volume, traced = np.empty((periods, size)), np.empty(periods), room_for(1, size, 0)
-    norms = unit_norms(cell[0], size)
-    norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
-    with compilation.followed({cycles.trace: "branches"}):
+    size = len(system.scene.components)
+    logs, volume = np.empty((periods, size)), np.empty(periods)
+    if isinstance(system, HostSystem):
+        orbits, norms = HostOrbits(system), np.zeros(size + 1)
+        y, traced = orbits.start(start, True), room_for(1, size, 0, size, orbits.walls.number)
+        traced.numbers[cycles.LOG_DETERMINANT] = np.nan  # which hosts do not have
+        kernel: Any = trace_host
+        of_system: tuple[Any, ...] = (orbits.body, orbits.walls, orbits.contacts())
+        room: tuple[Any, ...] = (traced, norms)
+    else:
+        parts, cell = parts_of("exact", system.scene, Settings()), np.atleast_1d(system.cells())
+        cell = cell.view(np.recarray)
+        y, traced = start_state(system, system.cell.rest, start)[:4], room_for(1, size, 0)
+        norms = unit_norms(cell[0], size)
+        norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
+        kernel, of_system, room = cycles.trace, (parts, cell, cell[:0], 0.0), (traced,)
+    with compilation.followed({kernel: "branches"}):
         vectors = np.eye(size)  # one row each
         for p in range(periods):
-            status = cycles.trace(parts, cell, cell[:0], 0.0, y, traced)
+            status = kernel(*of_system, y, *room)
             if status != OK:
                 raise IntegrationError.of(system, status)
             y, volume[p] = traced.points[0].copy(), traced.numbers[cycles.LOG_DETERMINANT]
-            scaled = traced.matrix * norms[:, np.newaxis] / norms
+            scaled = traced.matrix * norms[:size, np.newaxis] / norms[:size]
             images = (scaled * vectors[:, np.newaxis, :]).sum(axis=2)
             vectors, logs[p] = _orthonormalized(images)
     return logs, volume

@@ -20,8 +20,8 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
-from nlds_vines.errors import RequestError, at, shown, whole
-from nlds_vines.model.catalog import AnySystem, without_hosts
+from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.portrait.request import (
@@ -184,9 +184,6 @@ class Job(commands.Job):
             how = replace(self.how, resume=not self.how.overwrite)
             object.__setattr__(self, "how", how)
         super().__post_init__()
-        for column in self.request.columns if self.exponents else ():
-            with at("--exponents"):
-                without_hosts(column.system)
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")

@@ -431,8 +431,8 @@ def _exponents(place: Place, request: PortraitRequest) -> None:
     if spectrum is None:
         return
     periods = np.arange(1, len(spectrum.times) + 1)
-    running = drawable(spectrum.running)
     shades = (HUES["blue"], HUES["vermillion"], HUES["green"], HUES["gray"])
+    running = drawable(spectrum.running)[:, : len(shades)]  # the largest of a host
     axes.axhline(0.0, color=GRAY, linewidth=0.5)
     for i, (width, shade) in enumerate(zip(spectrum.widths, shades, strict=False)):
         axes.plot(periods, running[:, i], color=shade, linewidth=_LINE, label=rf"$\lambda_{i + 1}$")

@@ -81,7 +81,7 @@ USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "sha
 PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section", "shape")
 _OF_DAMPER = ("relative", "energy2", "phase2", "section1")
 _OF_WALLS = ("impact-section",)
-_OF_KINDS = ("phase", "exponents")
+_OF_KINDS = ("phase",)
 # the panels of a host that it has for each displacement, and for each damper: `relative:cell1`
 _FOR_DISPLACEMENTS = ("phase1", "section1")
 _FOR_DAMPERS = ("relative", "phase2", "section")

@@ -139,7 +139,7 @@ def test_an_orbit_of_a_host_plots_itself():
         ({"of": ["rooof"]}, "unknown displacement 'rooof'"),
         ({"panels": ["relative:c"]}, "panels relative:c cannot be filled"),
         ({"panels": ["relativ:a"]}, "unknown panels 'relativ:a'"),
-        ({"panels": ["exponents"]}, "exponents cannot be filled"),
+        ({"panels": ["phase"]}, "phase cannot be filled"),
         ({"signal": ["c.force"]}, "signal 'c.force': unknown damper 'c'"),
         ({"signal": ["roof.y"]}, "signal 'roof.y': unknown quantity 'y'"),
         ({"method": "rk4"}, "unknown method of a host 'rk4'"),
@@ -168,3 +168,19 @@ def test_columns_differ_in_what_set_changes(error_of, here):
     assert "of = ['x1'] is for displacements of a host" in error_of(
         load_portrait, "tmd", {"portrait": {"of": ["x1"]}}
     )
+
+
+def test_all_exponents_of_a_host_sum_to_the_divergence_of_its_flow(here):
+    system = PAIR.with_(**{"a.gap": 1.0, "b.gap": 1.0})  # no wall is touched
+    nv.orbit_portrait(system, panels=["exponents"], transient=20, to="all.h5", quiet=True)
+    (view,) = portrait_in("all.h5").views
+    host, size = system.host, len(system.scene.components)
+    divergence = -np.trace(np.linalg.solve(host.M, host.C))
+    rows = system.rows()
+    masses = np.append(np.diag(host.M), [damper.m for damper in system.dampers])
+    for damper, row in zip(system.dampers, rows, strict=True):
+        divergence -= damper.c * (row * row / masses).sum()
+    assert view.exponents.exponents.shape == (size,)
+    assert view.exponents.exponents.sum() == pytest.approx(divergence, rel=1e-9)
+    (axes,) = nv.plot("all.h5").axes
+    assert axes.get_ylabel() == "exponents [1/s]"

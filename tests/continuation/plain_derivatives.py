@@ -7,9 +7,10 @@ structure itself, a constant load and a damper that sticks.
 import numpy as np
 import pytest
 
-from nlds_vines import System, load_system
+from nlds_vines import System, load_system, simulate
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.orbits.starts import user_states
 
 SET_6 = load_system("ssul-set6")
 TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 0.9, "omega": 0.5, "P": 1.5}
@@ -34,34 +35,37 @@ PAIRS = [
 ]
 
 
+def image(system, y, periods=1, tolerance=1e-13):
+    """Return the image of a state of the kernels by `simulate`, which carries no variations."""
+    state = np.zeros(4)
+    state[: len(y)] = y
+    start = user_states(system.cells(), state, system.scene)
+    options = {"record": ["section"], "tolerance": tolerance, "quiet": True}
+    end = simulate(system, periods, start=start, **options).state
+    if len(y) == 4:
+        end = np.array([end[0], end[1], end[0] - end[2] + system.rest, end[1] - end[3]])
+    return end
+
+
 @pytest.fixture(scope="module")
 def starts():
     """Return a state of each system, after some periods from rest."""
-    states = {}
-    for name, system in SYSTEMS.items():
-        section_map = SectionMap(system, ("omega",), Settings(1e-12))
-        y, omega = np.zeros(section_map.size), system.parameters["omega"]
-        if name == "sticking":
-            y[:] = 0.01, 0.1
-        states[name] = section_map.at(np.append(y, omega), 12).points[-1, : section_map.size]
-    return states
+    begun = {name: np.zeros(len(system.scene.components)) for name, system in SYSTEMS.items()}
+    begun["sticking"][:] = 0.01, 0.1
+    return {name: image(SYSTEMS[name], y, 12, 1e-12) for name, y in begun.items()}
 
 
-def of_differences(section_map, place, i, unit):
-    """Return the derivative of the image by number i of a place, of differences.
+def of_differences(system, parameter, y):
+    """Return the derivative of the image of `y` by a parameter, of differences.
 
     Each step is half of the one before, and each row of Ridders' table has two orders more; of all
     that number is taken which differs least from its neighbors in the table.
     """
-
-    def image_at(offset):
-        other = place.copy()
-        other[i] += offset
-        return section_map.at(other, 1).points[0, : section_map.size]
-
+    value = system.parameters[parameter]
     table, least = [], (np.inf, np.nan)
-    for step in unit * np.array([5e-4, 2.5e-4, 1.25e-4]):
-        row = [(image_at(step) - image_at(-step)) / (2.0 * step)]
+    for step in (abs(value) or 1e-2) * np.array([5e-4, 2.5e-4, 1.25e-4]):
+        sides = [image(system.with_(**{parameter: value + one}), y) for one in (step, -step)]
+        row = [(sides[0] - sides[1]) / (2.0 * step)]
         for k, before in enumerate(table[-1] if table else ()):
             row.append(row[k] + (row[k] - before) / (4.0 ** (k + 1) - 1.0))
             error = max(np.abs(row[k + 1] - row[k]).max(), np.abs(row[k + 1] - before).max())
@@ -77,7 +81,7 @@ def test_the_derivative_by_each_parameter_is_that_of_differences(starts, name, p
     place, unit = np.append(starts[name], value), abs(value) or 1e-2
     cycle = section_map.at(place, 1)
     assert sum(cycle.counts) >= 1
-    expected = of_differences(section_map, place, -1, unit)
+    expected = of_differences(system, parameter, starts[name])
     off = np.abs(cycle.slopes[0] - expected).max()
     round_off = 1e-11 * np.abs(cycle.points[0, : section_map.size]).max() / unit
     assert off <= 1e-8 * np.abs(expected).max() + round_off
@@ -102,7 +106,7 @@ def test_a_wall_that_pushes_at_the_section(starts):
     orbit, omega = starts["hertz"], SET_6.parameters["omega"]
     place = np.append(orbit, omega)
     place[2:4] = SET_6.parameters["C"] + 1e-5, 0.2  # inside a contact
-    expected = of_differences(section_map, place, -1, omega)
+    expected = of_differences(SET_6, "omega", place[:4])
     off = np.abs(section_map.at(place, 1).slopes[0] - expected).max()
     assert off <= 1e-8 * np.abs(expected).max()
     back = place.copy()

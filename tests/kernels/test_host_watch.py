@@ -9,18 +9,16 @@ from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
-from tests.kernels.test_hosts import KINDS, as_host, matrices_of, random_system, rest_of
+from tests.kernels.test_hosts import KINDS, RECORD, as_host, matrices_of, random_system, rest_of
 
 pytestmark = pytest.mark.kernels
-
-RECORD = ("section", "impacts", "energy", "response")
 
 
 @pytest.mark.parametrize(("name", "changes"), KINDS)
 def test_a_host_of_one_degree_of_freedom_has_the_energies_of_one_damper(name, changes):
     """Under all laws, with impacts and held walls; without a transient, which is not recorded."""
     system, options = nv.load_system(name, **changes), {"tolerance": 1e-12, "quiet": True}
-    exact = nv.simulate(system, 3, transient=4, record=["energy", "response"], **options)
+    exact = nv.simulate(system, 3, transient=4, record=RECORD, **options)
     host, options["start"] = as_host(system), rest_of(system)
     orbit = nv.simulate(host, 3, transient=4, record=RECORD, of=["x"], **options)
     plain = nv.simulate(host, 3, transient=4, **options)

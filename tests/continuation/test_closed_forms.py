@@ -1,7 +1,5 @@
 """Branches and curves of rigid bodies against closed forms, and where impacts pass phase zero."""
 
-import itertools
-
 import numpy as np
 import plain_phases
 import pytest
@@ -137,12 +135,11 @@ def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
     flip = next(case for case in CASES if case["flips"] and case["e"] == 1.0 and case["n"] == 1)
     for case, kind, exact in ((fold, "LP", fold["fold_A"]), (flip, "PD", flip["flips"][0]["A"])):
         orbit, errors = case["orbits"][0], []
-        for K in (1e8, 1e10, 1e12, 1e14, 1e16):
+        for K in (1e14, 1e16):
             system = oscillator(case, orbit["A"], law="hertz", K=K)
             path = continue_branch(system, "P", (0.1, 1.2), start_of(case, orbit), period=1)
             errors.append(np.abs(located(path, kind, 0).value - exact).min())
-        orders = [np.log(a / b) / np.log(100.0) for a, b in itertools.pairwise(errors)]
-        assert orders[-1] == pytest.approx(0.4, abs=0.02)
+        assert np.log(errors[0] / errors[1]) / np.log(100.0) == pytest.approx(0.4, abs=0.02)
         assert errors[-1] < 1e-5
 
 

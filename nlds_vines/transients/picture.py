@@ -83,8 +83,10 @@ def _draw_survival(axes: Axes, ensemble: Ensemble, page: Page = TWO_COLUMNS) -> 
     if law is not None and law.ended:
         after, begin = np.linspace(law.delay, last, 200), float(np.interp(law.delay, time, share))
         ups = [begin * np.exp(-k * (after - law.delay)) for k in (law.high, law.rate, law.low)]
-        ends = f"{1 / law.high:.3g} to {1 / law.low:.3g}"
-        label = rf"$\exp(-t/\tau)$, $\tau={law.mean:.3g}\,T$ (interval: {ends})"
+        mean, least, most = (
+            f"{float(f'{x:.3g}'):g}" for x in (law.mean, 1 / law.high, 1 / law.low)
+        )
+        label = rf"$\exp(-t/\tau)$, $\tau={mean}\,T$ (interval: {least} to {most})"
         axes.fill_between(after, ups[0], ups[2], color=_LAW, alpha=0.22, linewidth=0)
         axes.plot(after, ups[1], color=_LAW, linewidth=1.0, linestyle="--", label=label)
     axes.set_yscale("log")

@@ -21,9 +21,11 @@ import numpy as np
 from ..motion.flight import FEWEST_CELLS, ORDER, REACH
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn, hypotenuse
-from .body import accelerate
+from .body import accelerate, along
 
 MOST_HALVINGS = 14
+TAYLOR = (ORDER + 4) // 4 * 4  # coefficients of a polynomial, in whole fours
+BLOCK = 12  # rows of a propagator that `advance` computes at once
 CANCELED = 1.0e-15  # a sum over modes, relative to the sum of their moduli, that is round-off
 
 
@@ -35,7 +37,10 @@ class HostGrid(NamedTuple):
     h: float  # of a smallest cell [s]
     rate: float  # bound of the rates of the motion [1/s]
     drives: int  # D numbers of the drive (`body`)
-    propagators: Any  # (levels + 1) * N * (N + D): columns of y and drive, from the coarsest on
+    # propagators of y, and behind it of r and s of links, from the coarsest level on, in blocks of
+    # BLOCK rows, each with the columns of y and of the drive
+    propagators: Any
+    blocks: int  # of a level
     is_harmonic: bool
     begun: float  # turns of a harmonic force before a period
     turns: float  # and within it
@@ -44,7 +49,7 @@ class HostGrid(NamedTuple):
     phases: Any
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
     fourth: Any  # links * (size + D / 2): bounds of |r''''| by norms of pairs, then of the drive's
-    polynomials: Any  # links * (ORDER + 1) * (N + D): Taylor coefficients of r in a smallest cell
+    polynomials: Any  # links * (N + D) * TAYLOR: Taylor coefficients of r in a smallest cell
 
 
 @jit
@@ -191,12 +196,19 @@ def host_grid(body, stops):
     h = period / count
 
     # propagators, from the smallest cell to the coarsest
-    propagators = np.zeros((levels + 1) * N * (N + D))
-    step = exponential(a * h)
+    links = body.links
+    blocks = (N + 2 * links + BLOCK - 1) // BLOCK
+    propagators = np.zeros((levels + 1) * blocks * (N + D) * BLOCK)
+    step, column = exponential(a * h), np.zeros(N + 2 * links)
     for level in range(levels, -1, -1):
         for j in range(N + D):
             for i in range(N):
-                propagators[(level * (N + D) + j) * N + i] = step[i, j]
+                column[i] = step[i, j]
+            for link in range(links):
+                column[N + 2 * link], column[N + 2 * link + 1] = along(body, link, column, 0)
+            for i in range(N + 2 * links):
+                block = level * blocks + i // BLOCK
+                propagators[(block * (N + D) + j) * BLOCK + i % BLOCK] = column[i]
         if level > 0:
             step = times(step, step)
     phases = np.zeros(2 * count + 2 if is_harmonic else D)
@@ -206,8 +218,7 @@ def host_grid(body, stops):
             phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(turn)
 
     # Taylor coefficients of r over a smallest cell
-    links = body.links
-    polynomials = np.zeros(links * (ORDER + 1) * (N + D))
+    polynomials = np.zeros(links * (N + D) * TAYLOR)
     pairs = size + D // 2
     fourth = np.zeros(links * pairs)
     bounded = exponential(growth * (period / coarse))
@@ -219,7 +230,7 @@ def host_grid(body, stops):
         fourth_row = power
         for k in range(ORDER + 1):
             for j in range(N + D):
-                polynomials[(link * (ORDER + 1) + k) * (N + D) + j] = per * power[j]
+                polynomials[(link * (N + D) + j) * TAYLOR + k] = per * power[j]
             if k == 4:
                 fourth_row = power.copy()
             following, sizes = np.zeros(N + D), np.zeros(N + D)
@@ -248,7 +259,7 @@ def host_grid(body, stops):
             for b in range(pairs):
                 fourth[link * pairs + j] += by_pair[b] * bounded[b, j]
     grid = HostGrid(
-        count, levels, h, fastest, D, propagators, is_harmonic, body.begun, body.turns, phases,
-        scales, fourth, polynomials,
+        count, levels, h, fastest, D, propagators, blocks, is_harmonic, body.begun, body.turns,
+        phases, scales, fourth, polynomials,
     )  # fmt: skip
     return grid, is_fine

@@ -13,39 +13,44 @@ from typing import Any, NamedTuple
 from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
+from ..numerics.fours import four, four_at, number_of, put_four, roots_of, sum_of
 from ..numerics.roots import highest, only_rises
 from ..watch.touch import AT_R, LOST, first_touch, nearest_miss, tightened
 from .body import along, move
+from .grid import BLOCK, TAYLOR
 
 
 class Scratch(NamedTuple):
     """Scratch of an orbit; each array is one row, in inner kernels a bare row."""
 
     begin: Any  # (2 size,) the state at the beginning of a flight
-    end: Any  # (2 size,) and at the end of a cell
+    end: Any  # (BLOCK blocks,) and at the end of a cell; behind it r and s of links (`advance`)
     work: Any  # (3 size + drives,) of `body.move`
     drive: Any  # (drives,) at an instant
-    gaps: Any  # 4 links: r and s at the beginning of a cell, and at its end
+    # 5 links: r and s at the beginning of a cell, and at its end; bounds of |r''''| [m/s^4]
+    gaps: Any
     polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
 
 
 @jit
-def advance(body, grid, level, drive, y, out):
-    """Write the state at the end of a cell of a level that begins with a drive."""
-    N, D = 2 * body.size, grid.drives
-    w, row = grid.propagators, level * (N + D) * N
-    for k in range(0, D, 2):  # N and D are even; two columns at a time
-        c, d, column = drive[k], drive[k + 1], row + N * (N + k)
-        if k == 0:
-            for i in range(N):
-                out[i] = w[column + i] * c + w[column + N + i] * d
-        else:
-            for i in range(N):
-                out[i] += w[column + i] * c + w[column + N + i] * d
-    for j in range(0, N, 2):
-        first, second, column = y[j], y[j + 1], row + N * j
-        for i in range(N):
-            out[i] += w[column + i] * first + w[column + N + i] * second
+def advance(body, grid, blocks, drive, y, out):
+    """Write the state at the end of a cell that begins with a drive, and behind it r, s of links.
+
+    blocks: (level, first, behind) the level of the cell, and the blocks of rows that are written.
+    """
+    (level, first, behind), N, D = blocks, 2 * body.size, grid.drives
+    w, at = grid.propagators, (level * grid.blocks + first) * (N + D) * BLOCK
+    for i in range(first * BLOCK, behind * BLOCK, BLOCK):
+        a, b, c = four(0.0), four(0.0), four(0.0)
+        for j in range(0, N + D, 2):  # N and D are even; two columns at a time
+            x, v = (y[j], y[j + 1]) if j < N else (drive[j - N], drive[j - N + 1])
+            a = a + (four_at(w, at) * x + four_at(w, at + BLOCK) * v)
+            b = b + (four_at(w, at + 4) * x + four_at(w, at + BLOCK + 4) * v)
+            c = c + (four_at(w, at + 8) * x + four_at(w, at + BLOCK + 8) * v)
+            at += 2 * BLOCK
+        put_four(out, i, a)
+        put_four(out, i + 4, b)
+        put_four(out, i + 8, c)
 
 
 @jit
@@ -57,9 +62,14 @@ def read_gaps(body, y, gaps, to):
 @jit
 def bound_of(body, grid, link, y, gaps, drive):
     """Return the bound of |r''''| of a link [m/s^4] over a coarse cell that begins with y."""
-    n, D, total = body.modes, grid.drives, 0.0
-    row = link * (body.size + D // 2)
-    for i in range(n):
+    n, D, size, sums = body.modes, grid.drives, body.size, four(0.0)
+    row, whole = link * (size + D // 2), n // 4 * 4
+    for i in range(0, whole, 4):
+        places, rates = four_at(grid.scales, i) * four_at(y, i), four_at(y, size + i)
+        norms = roots_of(places * places + rates * rates)
+        sums = sums + four_at(grid.fourth, row + i) * norms
+    total = sum_of(sums)
+    for i in range(whole, n):
         place, rate = grid.scales[i] * y[i], y[body.size + i]
         total += grid.fourth[row + i] * math.sqrt(place * place + rate * rate)
     # links of masses come in the order of the masses, before those without
@@ -94,15 +104,18 @@ def is_clear(walls, wall, gap, h, gaps, links, fourth):
 def expand_r(body, grid, link, y, drive, table):
     """Fill the table with the Taylor polynomial of r over a smallest cell that begins with y."""
     N, D = 2 * body.size, grid.drives
-    row, w = link * (ORDER + 1) * (N + D), grid.polynomials
-    for k in range(ORDER + 1):
-        r = w[row + N] * drive[0] + w[row + N + 1] * drive[1]
-        for j in range(2, D):
-            r += w[row + N + j] * drive[j]
-        for j in range(N):
-            r += w[row + j] * y[j]
-        table[AT_R + 4 * k] = r
-        row += N + D
+    w, at = grid.polynomials, link * (N + D) * TAYLOR
+    for first in range(0, TAYLOR, 8):
+        a, b = four(0.0), four(0.0)
+        for j in range(0, N + D, 2):
+            x, v = (y[j], y[j + 1]) if j < N else (drive[j - N], drive[j - N + 1])
+            row = at + TAYLOR * j + first
+            a = a + (four_at(w, row) * x + four_at(w, row + TAYLOR) * v)
+            b = b + (four_at(w, row + 4) * x + four_at(w, row + TAYLOR + 4) * v)
+        for k in range(4):
+            table[AT_R + 4 * (first + k)] = number_of(a, k)
+            if first + 4 + k <= ORDER:
+                table[AT_R + 4 * (first + 4 + k)] = number_of(b, k)
 
 
 @jit
@@ -156,6 +169,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
     """
     j, x = begun
     links, gaps, end, drive = body.links, scratch.gaps, scratch.end, scratch.drive
+    N, first_of_gaps = 2 * body.size, 2 * body.size // BLOCK  # the block
     has_gaps = False  # whether those at the beginning are of the state y
     while j < stop:
         drive_of(grid, j, x, drive)
@@ -165,25 +179,25 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
             has_gaps, level, proven = True, 0, False
             while level < grid.levels and j & ((1 << (grid.levels - level)) - 1) != 0:
                 level += 1
+            for link in range(links):
+                gaps[4 * links + link] = bound_of(body, grid, link, y, gaps, drive)
             while True:
-                advance(body, grid, level, drive, y, end)
-                read_gaps(body, end, gaps, 2 * links)
+                advance(body, grid, (level, first_of_gaps, grid.blocks), drive, y, end)
+                for i in range(2 * links):
+                    gaps[2 * links + i] = end[N + i]
                 h = grid.h * (1 << (grid.levels - level))
-                h2 = h * h
-                proven, link, fourth = True, -1, 0.0
+                h2, proven = h * h, True
                 for wall in range(walls.number):
-                    if walls.links[wall] != link:
-                        link = walls.links[wall]
-                        fourth = bound_of(body, grid, link, y, gaps, drive) * (h2 * h2)
-                    gap = walls.gaps[wall]
+                    gap, fourth = walls.gaps[wall], gaps[4 * links + walls.links[wall]] * (h2 * h2)
                     if clearance is not None:
                         gap -= clearance[0]
                     proven = proven and is_clear(walls, wall, gap, h, gaps, links, fourth)
                 if proven or level == grid.levels:
                     break
                 level += 1
+            advance(body, grid, (level, 0, first_of_gaps), drive, y, end)
             if proven:
-                for i in range(2 * body.size):
+                for i in range(N):
                     y[i] = end[i]
                 for i in range(2 * links):
                     gaps[i] = gaps[2 * links + i]
@@ -203,7 +217,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
                 first, touched = place, wall
         has_gaps = False
         if x == 0.0 and touched == FLOWN:
-            for i in range(2 * body.size):
+            for i in range(N):
                 y[i] = end[i]
             j += 1
             continue

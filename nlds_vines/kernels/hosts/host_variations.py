@@ -87,7 +87,7 @@ def vary_flight(body, grid, scratch, varied, begun, ended):
             level, cells = level + 1, cells >> 1
         for c in range(varied.number):
             row = from_place(varied.rows, N * c)
-            advance(body, grid, level, varied.free, row, scratch.end)
+            advance(body, grid, (level, 0, grid.blocks), varied.free, row, scratch.end)
             for i in range(N):
                 row[i] = scratch.end[i]
         j += cells

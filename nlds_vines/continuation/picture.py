@@ -243,25 +243,10 @@ def _fill_plane(axes: Axes, result: Continued, scan: ArchiveView | None = None) 
         axes.plot(x, y, path_effects=_HALO, zorder=4, **_look(curve.kind, curve.period))
         for name, *values in curve.meetings:
             place = values[across], values[1 - across]
-            axes.plot(
-                *place,
-                marker="o",
-                markersize=_MARK,
-                color="black",
-                markeredgecolor="white",
-                markeredgewidth=0.5,
-                zorder=6,
-            )
-            axes.annotate(
-                name,
-                place,
-                (3, 3),
-                textcoords="offset points",
-                fontsize=_SIZE,
-                zorder=7,
-                path_effects=halo,
-                annotation_clip=True,
-            )
+            axes.plot(*place, **{**_POINT, "marker": "o", "color": "black", "zorder": 6})
+            look: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": True}
+            look |= {"fontsize": _SIZE, "path_effects": halo, "zorder": 7}
+            axes.annotate(name, place, (3, 3), **look)
     axes.set(xlim=limits[0], ylim=limits[1])
 
 

@@ -197,21 +197,17 @@ class SectionMap:
         if cycles.trace(self._parts, cell, changes, self.since % 1.0, y, traced) != OK:
             return None
         defect, span, clearance, slowest, volume = traced.numbers.tolist()
-        pairs, counts = traced.multipliers, traced.counts
+        pairs, counts, norms = traced.multipliers, traced.counts, unit_norms(cell[0], size)
+        if size == 4:  # a spring without stiffness has no energy
+            norms[2] = max(norms[2], norms[3] * float(cell[0].omega))
         return Cycle(
             state=y[:size].copy(), values=values.copy(), points=traced.points,
             counts=(int(counts[0]), int(counts[1])), matrix=traced.matrix,
             slopes=traced.slopes[:, :size],
             multipliers=pairs[:, 0] + 1j * pairs[:, 1], defect=defect, span=span,
             clearance=clearance, slowest=slowest, volume=volume, since=self.since,
-            norms=self._norms(cell[0]),
+            norms=norms,
         )  # fmt: skip
-
-    def _norms(self, cell: Any) -> np.ndarray:
-        norms = unit_norms(cell, self.size)
-        if self.size == 4:  # a spring without stiffness has no energy
-            norms[2] = max(norms[2], norms[3] * float(cell.omega))
-        return norms
 
     def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
         """Return the weights (size + m,) that make states and parameters comparable.

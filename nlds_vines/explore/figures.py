@@ -389,7 +389,6 @@ def colors_of(system: AnySystem, curves: Sequence[Curve]) -> tuple[list[str], st
 
 
 def phase_plane(name: str, height: int, symbols: tuple[str, str], **settings: Any) -> Any:
-    """Return an empty phase plane, whose axes have these symbols of displacement and velocity."""
     made = plain_figure(name, height, **settings)
     made.xaxis.axis_label, made.yaxis.axis_label = f"{symbols[0]} [m]", f"{symbols[1]} [m/s]"
     made.xaxis.ticker.desired_num_ticks = 4

@@ -226,7 +226,6 @@ class Stored:
 
     @cached_property
     def planes(self) -> list[Curve]:
-        """The displacements with a phase plane."""
         return [one for one in curves_of(self.scan.system, self.scan.of) if one.has_plane]
 
     def lanes(self, name: str) -> np.ndarray:

@@ -140,7 +140,6 @@ def _ticks(most: int, integer: bool = False) -> MaxNLocator:
 
 
 def draw_panel(place: Place, request: PortraitRequest) -> None:
-    """Draw the curves of a panel into its axes."""
     of_host = isinstance(place.system, HostSystem) and place.word in OVER_TIME
     (_host_over_time if of_host else _PANELS[place.word])(place, request)
 
@@ -227,7 +226,6 @@ class Motion(NamedTuple):
 
 
 def _motions(place: Place, request: PortraitRequest) -> list[Motion]:
-    """Return what a phase plane or a section shows."""
     system, word = place.system, place.word
     if isinstance(system, HostSystem):
         return [_motion_of_host(place, system, request)]
@@ -463,7 +461,6 @@ def _damper_of(place: Place) -> Damper:
 
 
 def _color_of(place: Place, name: str, request: PortraitRequest) -> str:
-    """Return the color of a damper or a displacement of a host."""
     dampers = [damper.name for damper in place.system.dampers]
     if name in dampers:
         return _OF_DAMPERS[dampers.index(name) % len(_OF_DAMPERS)]

@@ -218,7 +218,12 @@ class PortraitRequest(Request):
             )
         object.__setattr__(self, "panels", tuple(dict.fromkeys(possible)))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        usual, *others = (signals_drawn(system, self.of) for system in systems)
+        usual, *others = (
+            displacements_of(system, self.of)
+            if isinstance(system, HostSystem)
+            else system.scene.components[-2:-1]
+            for system in systems
+        )
         if not isinstance(systems[0], HostSystem) and any(other != usual for other in others):
             usual = ("x1",)
         object.__setattr__(self, "signal", self.signal or usual)
@@ -369,13 +374,6 @@ def along_ground(system: HostSystem) -> tuple[str, ...]:
     host = system.host
     pairs = zip(host.dofs, host.influence.tolist(), strict=True)
     return tuple(dof for dof, moved in pairs if moved) or host.dofs
-
-
-def signals_drawn(system: AnySystem, of: Sequence[str]) -> tuple[str, ...]:
-    """Return the signals of the spectra that are drawn by default."""
-    if isinstance(system, HostSystem):
-        return displacements_of(system, of)
-    return system.scene.components[-2:-1]
 
 
 def _places(system: AnySystem) -> Mapping[str, float]:

@@ -96,7 +96,7 @@ def test_no_task_counts_compiling_as_pace(command, here, ask, monkeypatch):
     """All kernels take 1e6 s more to compile; no work is noted while they are compiled."""
     late, depth, note = [0.0], [0], Progress.note
     clock, followed = time.perf_counter, Compilation.followed
-    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
+    monkeypatch.setattr(cutting, "_block_sides", lambda scan: (1, 5))
 
     @contextmanager
     def slow(self, parts=None):
@@ -247,7 +247,7 @@ def test_a_wheel_or_sdist_records_its_commit(hook, tmp_path, target, name):
 
 
 def test_a_scan_is_repeated_from_its_archive_and_is_the_same(here, answer, refusal, monkeypatch):
-    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
+    monkeypatch.setattr(cutting, "_block_sides", lambda scan: (1, 5))
     nv.scan(REAL, to="a.h5")
     assert "results are the same" in answer("rerun", "a.h5")
     assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")

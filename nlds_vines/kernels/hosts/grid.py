@@ -24,7 +24,7 @@ from ..numerics.elementary import cos_sin_of_turn, hypotenuse
 from .body import accelerate, along
 
 MOST_HALVINGS = 14
-TAYLOR = (ORDER + 4) // 4 * 4  # coefficients of a polynomial, in whole fours
+TERMS_OF_R = (ORDER + 4) // 4 * 4  # coefficients of a polynomial, in whole fours
 BLOCK = 12  # rows of a propagator that `advance` computes at once
 CANCELED = 1.0e-15  # a sum over modes, relative to the sum of their moduli, that is round-off
 
@@ -49,7 +49,7 @@ class HostGrid(NamedTuple):
     phases: Any
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
     fourth: Any  # links * (size + D / 2): bounds of |r''''| by norms of pairs, then of the drive's
-    polynomials: Any  # links * (N + D) * TAYLOR: Taylor coefficients of r in a smallest cell
+    polynomials: Any  # links * (N + D) * TERMS_OF_R: Taylor coefficients of r in a smallest cell
 
 
 @jit
@@ -218,7 +218,7 @@ def host_grid(body, stops):
             phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(turn)
 
     # Taylor coefficients of r over a smallest cell
-    polynomials = np.zeros(links * (N + D) * TAYLOR)
+    polynomials = np.zeros(links * (N + D) * TERMS_OF_R)
     pairs = size + D // 2
     fourth = np.zeros(links * pairs)
     bounded = exponential(growth * (period / coarse))
@@ -230,7 +230,7 @@ def host_grid(body, stops):
         fourth_row = power
         for k in range(ORDER + 1):
             for j in range(N + D):
-                polynomials[(link * (N + D) + j) * TAYLOR + k] = per * power[j]
+                polynomials[(link * (N + D) + j) * TERMS_OF_R + k] = per * power[j]
             if k == 4:
                 fourth_row = power.copy()
             following, sizes = np.zeros(N + D), np.zeros(N + D)

@@ -17,7 +17,7 @@ from ..numerics.fours import four, four_at, number_of, put_four, roots_of, sum_o
 from ..numerics.roots import highest, only_rises
 from ..watch.touch import AT_R, LOST, first_touch, nearest_miss, tightened
 from .body import along, move
-from .grid import BLOCK, TAYLOR
+from .grid import BLOCK, TERMS_OF_R
 
 
 class Scratch(NamedTuple):
@@ -104,14 +104,14 @@ def is_clear(walls, wall, gap, h, gaps, links, fourth):
 def expand_r(body, grid, link, y, drive, table):
     """Fill the table with the Taylor polynomial of r over a smallest cell that begins with y."""
     N, D = 2 * body.size, grid.drives
-    w, at = grid.polynomials, link * (N + D) * TAYLOR
-    for first in range(0, TAYLOR, 8):
+    w, at = grid.polynomials, link * (N + D) * TERMS_OF_R
+    for first in range(0, TERMS_OF_R, 8):
         a, b = four(0.0), four(0.0)
         for j in range(0, N + D, 2):
             x, v = (y[j], y[j + 1]) if j < N else (drive[j - N], drive[j - N + 1])
-            row = at + TAYLOR * j + first
-            a = a + (four_at(w, row) * x + four_at(w, row + TAYLOR) * v)
-            b = b + (four_at(w, row + 4) * x + four_at(w, row + TAYLOR + 4) * v)
+            row = at + TERMS_OF_R * j + first
+            a = a + (four_at(w, row) * x + four_at(w, row + TERMS_OF_R) * v)
+            b = b + (four_at(w, row + 4) * x + four_at(w, row + TERMS_OF_R + 4) * v)
         for k in range(4):
             table[AT_R + 4 * (first + k)] = number_of(a, k)
             if first + 4 + k <= ORDER:

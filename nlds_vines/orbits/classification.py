@@ -355,7 +355,8 @@ class LyapunovSpectrum(Outlined):
         pairs = zip(self.exponents.tolist(), self.widths.tolist(), strict=True)
         yield "exponents [1/s]", "; ".join(f"{e:.4g} +- {width:.1g}" for e, width in pairs)
         total = float(self.exponents.sum())
-        check = f"; mean divergence {self.divergence:.10g}" * math.isfinite(self.divergence)
+        is_known = math.isfinite(self.divergence)
+        check = f"; mean divergence {self.divergence:.10g}" if is_known else ""
         yield "sum [1/s]", f"{total:.10g}{check}"
         yield "averages over", f"{len(self.times)} forcing periods, {self.times[-1]:.6g} s"
 

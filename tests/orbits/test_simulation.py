@@ -127,9 +127,9 @@ PRELOADED = {**SET6, "C": -0.005}
 
 @both_methods
 def test_a_preloaded_damper_rests_on_the_obstacle_stays_at_rest_or_lifts_off(options):
-    # shaken too gently to lift off: one contact of twelve periods, no impact
+    # shaken too gently to lift off: one contact of four periods, no impact
     numbers = {**PRELOADED, "P": 2.0}
-    orbit = assert_as_twin(numbers, pressed(numbers), 12, options, bound=1e-12)
+    orbit = assert_as_twin(numbers, pressed(numbers), 4, options, bound=1e-12)
     assert len(orbit.impacts) == 0
     u = orbit.section[:, 2] - orbit.section[:, 0]
     assert (u < numbers["V"]).all()

@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 CONSTANTS = {"ka": 2e5, "za": 0.01, "kb": 2e6}
 RECORDED = (6.0, 6.9, 7.2)  # omega [rad/s]: the deepest contacts of each pass za
 JUDGED = (6.0, 7.8)  # with impacts beyond za, and without
-PERIODS = 12
+PERIODS = 4
 
 PROGRAM = """
 import json, sys

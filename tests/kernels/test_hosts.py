@@ -16,12 +16,8 @@ pytestmark = pytest.mark.kernels
 KINDS = [
     ("ssul-set6", {"omega": 6.28}),
     ("ssul-set6", {"omega": 7.39}),
-    ("ssul-set6", {"omega": 6.28, "hunt_crossley": 20.0}),
-    ("ssul-set6", {"omega": 6.28, "law": "power", "K": 3e5, "exponent": 1.25}),
-    ("ssul-set6", {"omega": 6.28, "law": "power", "K": 3e5, "exponent": 1.7}),
     ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6}),
     ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6, "cc": 3e3}),
-    ("ssul-set6", {"omega": 6.28, "law": "kelvin-voigt", "kc": 1e6, "cc": 3e3}),
     ("ssul-set6", {"omega": 6.28, "law": "restitution", "e": 0.7}),
     ("ssul-set6", {"omega": 2.28, "law": "restitution", "e": 0.5, "P": 3000.0}),  # held
     ("ssul-set6", {"omega": 1.28, "law": "restitution", "e": 0.0, "P": 3000.0}),  # held
@@ -29,7 +25,17 @@ KINDS = [
     ("ssul-set6", {"omega": 1.28, "P": 3000.0}),  # pressed for long
     ("ssbl", {"omega": 6.28}),
     ("impact-oscillator", {"P": 12.6, "omega": 0.35, "e": 0.3}),  # many rebounds, held
+    *(
+        pytest.param("ssul-set6", {"omega": 6.28, **law}, marks=pytest.mark.long)
+        for law in (
+            {"hunt_crossley": 20.0},
+            {"law": "power", "K": 3e5, "exponent": 1.25},
+            {"law": "power", "K": 3e5, "exponent": 1.7},
+            {"law": "kelvin-voigt", "kc": 1e6, "cc": 3e3},
+        )
+    ),
 ]
+"""Four smooth laws are long, as each compiles a kind: `test_host_verdict` has their multipliers."""
 
 
 RECORD = ("section", "impacts", "energy", "response")

@@ -265,11 +265,10 @@ def finish(running):
 
 
 @pytest.mark.kernels
-def test_seven_shards_side_by_side_end_in_the_same_bits(folder, whole):
-    for shards in ([1, 2], [3, 4, 5], [6, 7]):
-        running = [start("--shard", f"{i}/7", "--threads", "1") for i in shards]
-        for each in running:
-            assert "the last shard to end writes" in finish(each) or Path("scan.h5").exists()
+def test_three_shards_side_by_side_end_in_the_same_bits(folder, whole):
+    running = [start("--shard", f"{i}/3", "--threads", "1") for i in (1, 2, 3)]
+    for each in running:
+        assert "the last shard to end writes" in finish(each) or Path("scan.h5").exists()
     assert content("scan.h5") == whole
     assert sorted(os.listdir()) == ["scan.h5", "scan.toml"]
 

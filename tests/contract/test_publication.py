@@ -140,12 +140,12 @@ def without(name, *rest, **more):
 
 builtins.__import__ = without
 from nlds_vines.__main__ import main
-scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:3", "-o", "a.h5"]
+scan = ["bifurcation", "--vary", "omega=6:7:3", "--transient", "50", "-o", "a.h5"]
 sys.exit(main([*scan, "--plot", "a.png"]) or main([*scan, "--resume"]))
 """
 
 
-@pytest.mark.kernels
+@pytest.mark.slow("a process that loads kernels, and draws")
 def test_nothing_is_needed_that_posix_alone_has(tmp_path):
     done = python("-c", POSIX_ALONE, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

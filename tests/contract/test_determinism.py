@@ -192,8 +192,12 @@ FAILURES = {
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("failure", FAILURES)
+@pytest.mark.parametrize(
+    ("failure", "start"),
+    # an orbit that is out of steps takes a second; from above it is the first to be followed
+    [(failure, s) for failure in FAILURES for s in STARTS if failure != "out of steps"]
+    + [("out of steps", "down")],
+)
 def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(failure, start, monkeypatch):
     name, bad, settings, code = FAILURES[failure]
     system = nv.load_system("ssul-set6", **settings)

@@ -247,11 +247,11 @@ def test_sticking_ends_where_the_stop_would_pull():
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("e", [0.0, 0.9])
 def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     system = load_system("ssul-set6", law="restitution", e=e, C=-0.2, P=100.0)
     record = ["section", "impacts", "energy"]
-    orbit = simulate(system, 30, record=record)
+    orbit = simulate(system, 6, record=record)
     x1, v1, x2, v2 = orbit.section.T
     np.testing.assert_allclose(x2 - x1, system.rest + 0.2, rtol=0, atol=1e-14)
     np.testing.assert_allclose(v2, v1, rtol=0, atol=1e-15)
@@ -266,7 +266,7 @@ def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     after = expm(whole * system.period) @ [x1[-2], v1[-2], 1.0, 0.0]
     np.testing.assert_allclose([x1[-1], v1[-1]], after[:2], rtol=0, atol=1e-14)
     steady = simulate(system, 1, start=orbit.state, record=record)
-    looked = simulate(system, 1, start=orbit.state, record=[*record, "trajectory"], samples=4096)
+    looked = simulate(system, 1, start=orbit.state, record=[*record, "trajectory"], samples=2048)
     energies = looked.trajectory[:, :2] ** 2 @ [p["k1"] / 2, p["m1"] / 2]
     assert steady.E1max == pytest.approx(np.max(energies), rel=1e-5)
 

@@ -260,13 +260,13 @@ def test_an_impact_under_way_has_no_gain_yet():
 @pytest.mark.plain
 def test_peaks_and_maxima():
     system = system_of("ssul", SET6)
-    whole = simulate(system, 60, record=PEAKS)
+    whole = simulate(system, 30, record=PEAKS)
     assert (whole.E1peak, whole.E2peak) == (whole.E1max, whole.E2max)
-    late = simulate(system, 20, transient=40, record=PEAKS)
+    late = simulate(system, 10, transient=20, record=PEAKS)
     assert late.E1peak == pytest.approx(whole.E1peak, rel=1e-9)
     assert late.E2peak == pytest.approx(whole.E2peak, rel=1e-9)
     assert late.E1max < 0.9 * late.E1peak  # the transient is the larger here
-    sweep = [simulate(system, 2, transient=n, record=PEAKS) for n in range(0, 30, 3)]
+    sweep = [simulate(system, 2, transient=n, record=PEAKS) for n in range(0, 12, 3)]
     for one, next_one in pairwise(sweep):
         assert one.E1peak <= next_one.E1peak * (1 + 1e-9)
         assert one.E1max <= one.E1peak

@@ -10,7 +10,7 @@ from nlds_vines.model.quantities import TOUCHES
 from nlds_vines.orbits.batch import parts_of, run
 from scans import computed, scan_of
 
-TRANSIENT, PERIODS = 2, 3
+TRANSIENT, PERIODS = 1, 2
 STEPS = 64  # of a period by rk4: the sweep and the single orbits err alike
 RECORD = ("section", "impacts", "energy", "clearance")
 LINKS = [(50.0, 0.1), (1e12, 0.2), (60.0, 0.3)]  # dashpot and place of the wall; one is too stiff
@@ -24,9 +24,7 @@ SWEEPS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("policy", "method"), [("up", "exact"), ("down", "exact"), ("down", "rk4")]
-)
+@pytest.mark.parametrize(("policy", "method"), [("up", "exact"), ("down", "rk4")])
 @pytest.mark.parametrize("case", SWEEPS)
 def test_every_link_begins_where_the_one_before_ended(case, policy, method):
     name, parameter, values = SWEEPS[case]

@@ -1,6 +1,6 @@
 """Derivatives of the section map by parameters, beside differences of the map.
 
-All parameters of systems that together have every law, walls on both sides, walls that limit the
+Parameters of systems that together have every law, walls on both sides, walls that limit the
 structure itself, a constant load and a damper that sticks.
 """
 
@@ -24,7 +24,13 @@ SYSTEMS = {
     "two laws": System("oscillator-2", TWO_STOPS | TWO_LAWS, law="linear", law_2="restitution"),
     "sticking": System("ball", BALL, law="restitution"),
 }
-PAIRS = [(name, parameter) for name, system in SYSTEMS.items() for parameter in system.parameters]
+STEPPED = ("m2", "C", "omega", "K", "exponent", "hunt_crossley")
+"""Parameters of a body, a place, the drive and the law: by "power" all take the same steps."""
+PAIRS = [
+    (name, parameter)
+    for name, system in SYSTEMS.items()
+    for parameter in (STEPPED if name == "power" else system.parameters)
+]
 
 
 def image(system, y, periods=1, tolerance=1e-13):

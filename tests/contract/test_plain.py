@@ -15,21 +15,21 @@ from support import REPO
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
 LONG = (
-    "tests/continuation/plain_derivatives.py",
-    "tests/property/plain_laws.py",
-    "tests/kernels/plain_impact.py",
-    "tests/orbits/plain_repetition.py",
-    "tests/kernels/plain_response.py",
-    "tests/kernels/plain_exact.py",
-    "tests/kernels/plain_contact_laws.py",
-    "tests/bifurcation/plain_sweeps.py",
     "tests/orbits/plain_load_flight.py",
     "tests/kernels/plain_verdict.py",
-    "tests/continuation/plain_limits.py",
-    "tests/kernels/plain_numerics.py",
+    "tests/kernels/plain_response.py",
+    "tests/kernels/plain_impact.py",
+    "tests/property/plain_laws.py",
+    "tests/orbits/plain_repetition.py",
+    "tests/continuation/plain_derivatives.py",
+    "tests/kernels/plain_contact_laws.py",
     "tests/benchmarks/plain_costs.py",
+    "tests/continuation/plain_limits.py",
+    "tests/kernels/plain_exact.py",
+    "tests/kernels/plain_numerics.py",
+    "tests/bifurcation/plain_sweeps.py",
 )
-"""Those that take more than five seconds, the longest first: for whoever changes kernels."""
+"""Those that take longer, for whoever changes kernels: every fifth of them is in one group."""
 
 LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py")
 """Those that take a minute or more: all kinds under all laws."""
@@ -52,9 +52,13 @@ def test_the_long_ones_exist():
     "files",
     [
         *(pytest.param(SHORT[i::2], id=f"short {i}") for i in range(2)),
-        pytest.param(LONG[:1], id="derivatives", marks=pytest.mark.kernels),
-        pytest.param(["-m", "plain", *MARKED], id="marked", marks=pytest.mark.kernels),
-        *(pytest.param(LONG[i::3], id=f"long {i}", marks=pytest.mark.kernels) for i in (1, 2, 3)),
+        *(
+            pytest.param(
+                ["-m", "plain", *MARKED[i::2]], id=f"marked {i}", marks=pytest.mark.kernels
+            )
+            for i in range(2)
+        ),
+        *(pytest.param(LONG[i::5], id=f"long {i}", marks=pytest.mark.kernels) for i in range(5)),
         *(pytest.param([file], id=file, marks=pytest.mark.long) for file in LONGEST),
     ],
 )

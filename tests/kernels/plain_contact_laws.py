@@ -116,10 +116,10 @@ def test_variations_where_a_wall_lets_go_or_pushes_again(C, start):
 def test_without_damping_each_contact_keeps_the_energy_by_its_tolerance(n, tolerance):
     numbers = {"m": 1.0, "k": 1.0, "c": 0.0, "C": 0.1, "P": 0.0, "omega": 2.0, "K": 1e5}
     system = System("oscillator", {**numbers, "exponent": n}, law="power")
-    orbit = simulate(system, 60, start=(0.0, 1.0), tolerance=tolerance)
+    orbit = simulate(system, 20, start=(0.0, 1.0), tolerance=tolerance)
     energy = 0.5 * (orbit.section**2).sum(axis=1)
     flying = orbit.section[:, 0] < 0.1
     contacts = len(orbit.impacts)
-    assert contacts > 40
-    assert flying.sum() > 30
+    assert contacts > 13
+    assert flying.sum() > 10
     assert np.abs(energy[flying] / 0.5 - 1.0).max() <= contacts * tolerance

@@ -51,7 +51,7 @@ def errors_of(one, arc, exact):
 
 @cache
 def stepped_impacts(seed):
-    return [(one, one.approach.step(one.parts, 100)) for one in random_impacts(60, STANDARD, seed)]
+    return [(one, one.approach.step(one.parts, 100)) for one in random_impacts(25, STANDARD, seed)]
 
 
 @pytest.mark.parametrize("arc", [STANDARD, make_arc(nodes=12)], ids=["1e-9", "12 nodes"])
@@ -142,14 +142,14 @@ def test_given_nodes_are_taken_and_solve_all_that_a_tolerance_solves():
             )
     # their sweeps go on to round-off. Notices: more of them needed than there may be
     arcs = [make_arc(nodes=n) for n in (4, 8, 12, 16, 24)]
-    for one in random_impacts(60, STANDARD, seed=11):
+    for one in random_impacts(20, STANDARD, seed=11):
         assert all(one.solve(arc, True)[0] for arc in arcs)
 
 
 @pytest.mark.parametrize("tolerance", [*TOLERANCES, 1e-13])
 def test_a_short_impact_errs_by_less_than_the_tolerance(tolerance):
     arc, round_off = make_arc(tolerance), 5e-14  # of the stepped_impacts contact, and of the depth
-    errors = [errors_of(one, arc, exact) for one, exact in stepped_impacts(7)]
+    errors = [errors_of(one, arc, exact) for one, exact in stepped_impacts(5)]
     assert np.max(errors) <= tolerance + round_off
     if tolerance > 1e-12:  # and no more is done than is asked for
         assert np.max(errors) > 1e-3 * tolerance
@@ -170,7 +170,7 @@ def size_of_all(one):
 
 def test_the_size_of_an_impact_bounds_all_other_acceleration_during_it():
     """Notices: one of the five numbers left out of it."""
-    impacts = random_impacts(40, STANDARD, seed=3)
+    impacts = random_impacts(15, STANDARD, seed=3)
     ratios = [size_of_all(one) / at_touch(one).size for one in impacts]
     assert max(ratios) <= 1.0 + 0.05
     assert max(ratios) > 0.9  # and not far above
@@ -194,13 +194,13 @@ def test_a_short_impact_keeps_its_accuracy_up_to_the_largest_share():
     """The bound is where errors begin to grow. Notices: a bound five times as large."""
     arcs, worst = [make_arc(tolerance) for tolerance in TOLERANCES], []
     for K, phase, speed in itertools.product(
-        (1e6, 1e7, 1e8), np.linspace(0, 6, 7), np.geomspace(1e-4, 1.0, 16)
+        (1e6, 1e7, 1e8), np.linspace(0, 6, 5), np.geomspace(1e-4, 1.0, 10)
     ):
         one = impact_with(K=K)._replace(approach=Approach(speed, 0.01, 0.1, phase))
         if one.solve(STANDARD, True)[0]:
             exact = one.approach.step(one.parts, 60)
             worst.append([max(errors_of(one, arc, exact)) for arc in arcs])
-    assert len(worst) > 50
+    assert len(worst) > 20
     assert (np.max(worst, axis=0) <= TOLERANCES).all()
     assert np.max(worst, axis=0)[TOLERANCES.index(1e-9)] <= 2e-10
 
@@ -253,7 +253,7 @@ def test_backward_in_time_an_impact_is_an_impact():
 def test_a_state_errs_by_the_tolerance():
     """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
     arcs, fine = [make_arc(tolerance) for tolerance in TOLERANCES], make_arc(nodes=40)
-    for one in random_impacts(60, STANDARD, seed=5):
+    for one in random_impacts(20, STANDARD, seed=5):
         ahead, speed = one.ahead(fine), one.approach.speed
         scales = speed * ahead.took, speed, speed * ahead.took, speed
         for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
@@ -289,7 +289,7 @@ def test_the_largest_energies_are_those_of_small_steps():
     before a peak.
     """
     arcs, between = (make_arc(), make_arc()), 0  # of which each meets an impact once
-    for one in random_impacts(60, STANDARD, seed=3):
+    for one in random_impacts(20, STANDARD, seed=3):
         ahead, touch = one.ahead(arcs[0]), one.approach.touch
         ends = np.maximum(energies_of(one, *touch), energies_of(one, 0.0, *ahead.release))
         true = ends.copy()
@@ -301,12 +301,12 @@ def test_the_largest_energies_are_those_of_small_steps():
             note(one, arc, noted, ahead, touch, ahead.took)
             assert (np.abs(np.maximum(noted, ends) - true) <= 1e-9 * (true + scale)).all()
         between += (true > ends * (1 + 1e-12)).sum()
-    assert between > 10
+    assert between > 3
 
 
 def test_only_what_lasts_is_looked_at(arc):
     """Up to a time and from there on: together the largest of all. Notices: a span turned round."""
-    for one in random_impacts(30, STANDARD, seed=4):
+    for one in random_impacts(10, STANDARD, seed=4):
         touch, ahead = one.approach.touch, one.ahead(arc)
         begin, last = energies_of(one, *touch), energies_of(one, 0.0, *ahead.release)
         whole = begin.copy()
@@ -469,7 +469,7 @@ def drawn_under(kind, count, seed=1):
 @pytest.mark.parametrize("kind", ["cubic", "tone", "shaken", "sudden"])
 def test_it_errs_by_less_than_the_tolerance(kind):
     """Speed, duration and depth. Notices: third derivatives without a say in how many nodes."""
-    for parts, moment, touch in drawn_under(kind, 25):
+    for parts, moment, touch in drawn_under(kind, 8):
         event, _, s, x1, v1, took, depth = follow_contact(
             side_of(parts, steps=SMALL_STEPS), moment, touch
         )
@@ -498,7 +498,7 @@ def test_an_impact_that_outlasts_what_is_known_of_a_load_is_none():
 def test_its_response_is_that_of_small_steps(kind, tolerance):
     """Sums and largest values, where the nodes say that they know them."""
     added = 0
-    for parts, moment, touch in drawn_under(kind, 30, seed=3):
+    for parts, moment, touch in drawn_under(kind, 12, seed=3):
         (ps, _, wall), side = parts, side_of(parts, make_arc(tolerance))
         ground = ps.force if kind == "shaken" else None
         _, s, x1, v1, took, _ = impact.short_impact(side, True, moment, touch)
@@ -523,4 +523,4 @@ def test_its_response_is_that_of_small_steps(kind, tolerance):
         off = np.abs(mine.row - true.row)[:BEGIN] / scale[:BEGIN]
         assert off[SUMS:].max() <= tolerance + 1e-13
         assert off[:SUMS].max() <= 10 * tolerance + 1e-12  # places within an arc are less known
-    assert added >= 3
+    assert added >= 2

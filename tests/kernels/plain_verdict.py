@@ -22,7 +22,7 @@ from scans import computed, scan_of
 def closed(name, omega, n, start=None):
     """Return flow, point, sections, impacts by wall, matrix, residual of n periods that close."""
     system = nv.load_system(name, omega=omega)
-    orbit = nv.simulate(system, 1, transient=600, start=start)
+    orbit = nv.simulate(system, 1, transient=300, start=start)
     flow = flow_on(system)
     y = kernel_state(system, orbit.state)
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
@@ -30,9 +30,7 @@ def closed(name, omega, n, start=None):
     return flow, y, points, counts, tangent, (residual, clearance, slowest)
 
 
-@pytest.mark.parametrize(
-    ("omega", "n", "impacts"), [(6.28, 1, 1), (7.8, 2, 1), (7.45, 3, 2), (7.7, 4, 2)]
-)
+@pytest.mark.parametrize(("omega", "n", "impacts"), [(6.28, 1, 1), (7.8, 2, 1), (7.45, 3, 2)])
 def test_only_the_least_number_of_periods_is_minimal(omega, n, impacts):
     for times in (1, 2):
         flow, y, points, counts, _, (residual, _, slowest) = closed("ssul-set6", omega, times * n)
@@ -121,16 +119,16 @@ def test_impacts_of_a_verdict_are_told_by_wall():
     """With the far wall out of reach all impacts are at the near one, and the other way round."""
     for gaps, wall in (({"C": 5.0}, "structure"), ({"D": 5.0, "C": 0.05}, "obstacle")):
         system = nv.load_system("ssbl", omega=6.28, **gaps)
-        orbit = nv.simulate(system, 60, transient=400)
+        orbit = nv.simulate(system, 10, transient=150)
         assert set(orbit.impacts["wall"]) == {wall}
-        regime = nv.classify(system, transient=400, periods=60, effort="quick")
+        regime = nv.classify(system, transient=150, periods=30, effort="quick")
         assert regime.period > 0
         assert [count > 0 for count in regime.impacts_by_wall] == [
             wall == "structure", wall == "obstacle"
         ]  # fmt: skip
     # the count of a window and that of the periodic orbit are two ways to one number
     for omega, n, k in ((6.28, 1, 1), (7.45, 3, 2)):
-        want, sampling = ["impacts", "regime"], {"transient": 600, "periods": 30, "effort": "quick"}
+        want, sampling = ["impacts", "regime"], {"transient": 300, "periods": 30, "effort": "quick"}
         arrays = computed(scan_of("ssul-set6", want, {"omega": [omega]}, **sampling))
         assert arrays["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
         assert arrays["impact_count"][0, 0] == k

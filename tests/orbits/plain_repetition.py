@@ -13,10 +13,9 @@ from scans import computed, scan_of
 
 WANT = ["section", "impacts", "energy", "peak", "clearance", "response", "impact_section"]
 SCANS = {
-    "one wall": ("ssul-set6", [5.0, 6.05, 7.39]),  # 6.05: sections cut impacts; 7.39: irregular
-    "two walls": ("ssbl", [5.2, 6.28]),
-    "set 1": ("ssul-set1", [5.9, 7.3]),
-    "irregular": ("vi-nes", [5.5, 6.28]),
+    "one wall": ("ssul-set6", [6.05, 7.39]),  # 6.05: sections cut impacts; 7.39: irregular
+    "two walls": ("ssbl", [5.2]),
+    "irregular": ("vi-nes", [6.28]),
 }
 
 
@@ -57,7 +56,7 @@ def test_all_records_have_the_same_bits(case, lengths, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("omega", "periods"), [(5.0, 150), (6.05, 200), (6.2, 199), (6.2, 200)]
+    ("omega", "periods"), [(6.05, 200), (6.2, 200)]
 )  # 6.2: an impact is under way at the end
 def test_rows_of_impacts_have_the_same_bits(omega, periods, lengths, monkeypatch):
     system = nv.load_system("ssul-set6").with_(omega=omega)

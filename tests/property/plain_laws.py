@@ -19,8 +19,8 @@ from nlds_vines.orbits.simulation import simulate
 # One of each kind and law: by Hertz, with a limit, linear, restitution, a power, in a scene with a
 # load; in case 30 a damped wall lets go.
 SAMPLE = (0, 8, 9, 14, 15, 20, 25, 27, 30, 67, 82)
-FIXED = (8, 9, 13, 20, 25, 82, 90, 107, 140, 205, 222)
-ROUGH = (13, 20, 25)  # of which
+FIXED = (8, 13, 20, 82, 107)
+ROUGH = (13, 20)  # of which
 
 
 @pytest.fixture(autouse=True)
@@ -41,16 +41,15 @@ def test_fixed_steps_as_the_twin_sees_it(i):
     assert worst_of(errors) <= (1e-4 if i in ROUGH else 1e-7), errors
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
-def test_a_wall_that_has_let_go_pushes_again(tolerance):
+def test_a_wall_that_has_let_go_pushes_again():
     """A mass leaves a stop faster than 1 / a; the spring that presses it slows it down in there."""
     p = {"m": 1.0, "k": 400.0, "c": 0.5, "P": 5.0, "omega": 40.0, "C": -0.1}
     system = System("oscillator", {**p, "K": 1e4, "hunt_crossley": 3.0})
     stop = Wall(0, 1.0, -0.1, Law("hertz", K=1e4, a=3.0))
     model = Model(1.0, 400.0, 0.5, 5.0, 40.0, walls=(stop,))
-    errors = errors_of(Case(system, model, np.array([-0.05, -0.5])), tolerance)
+    errors = errors_of(Case(system, model, np.array([-0.05, -0.5])), 1e-12)
     assert errors["pushes again"] >= 1
-    assert worst_of(errors) <= allowed(tolerance), errors
+    assert worst_of(errors) <= allowed(1e-12), errors
 
 
 def test_an_error_is_seen():
@@ -143,27 +142,27 @@ def test_starts_at_a_wall(begin, wall):
     system = system_of("ssbl", numbers)
     r, s = (system.rest + depth, speed) if wall == "near" else (-0.03125 - depth, -speed)
     start = (0.0, 0.0, system.rest - r, -s)
-    orbit = compare(system, start, 2)
-    first = orbit.impacts[0]
+    orbit = compare(system, start, 1)
     if begin == "on it, moving in":
+        first = orbit.impacts[0]
         assert first["touch"] == 0.0
         assert first["speed"] == 0.5
         assert first["wall"] == ("structure" if wall == "near" else "obstacle")
     else:
-        assert first["touch"] > 0.01
+        assert (orbit.impacts["touch"] > 0.01).all()
 
 
-@pytest.mark.parametrize("kind", ["ssul", "ssbl", "ssvi-b", "ssvi-c"])
-def test_a_fast_damper_strikes_several_times_in_a_cell(kind):
+@pytest.mark.parametrize(
+    ("kind", "s"), [("ssul", 4.0), ("ssbl", -4.0), ("ssvi-b", 4.0), ("ssvi-c", -4.0)]
+)
+def test_a_fast_damper_strikes_several_times_in_a_cell(kind, s):
     """A cell is an eighth of a period; the damper crosses its way in a hundredth."""
     numbers = {**SSBL, "C": 0.03, "D": 0.02, "L": 0.01, "V": 0.2, "K": 1e8, "P": 800.0}
     system = system_of(kind, {**numbers, "k2": 7000.0})
-    for s in (4.0, -4.0):
-        start = (0.001, 0.1, 0.001 + system.rest, 0.1 - s)
-        orbit = compare(system, start, 1)
-        assert len(orbit.impacts) >= (3 if kind == "ssbl" else 1)
-        if orbit.violation is not None:
-            assert orbit.violation.number >= 1
+    orbit = compare(system, (0.001, 0.1, 0.001 + system.rest, 0.1 - s), 1)
+    assert len(orbit.impacts) >= (3 if kind == "ssbl" else 1)
+    if orbit.violation is not None:
+        assert orbit.violation.number >= 1
 
 
 @pytest.mark.parametrize(

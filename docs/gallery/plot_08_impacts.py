@@ -14,7 +14,7 @@ import nlds_vines as nv
 frequencies, speeds, forces = [], [], []
 for omega in np.linspace(6.9, 7.6, 71):
     system = nv.load_system("ssul-set6", omega=omega)
-    orbit = nv.simulate(system, periods=12, transient=400, record=("impacts",))
+    orbit = nv.simulate(system, periods=12, transient=400)
     frequencies += [omega] * len(orbit.impacts)
     speeds += list(orbit.impacts["speed"])
     forces += list(orbit.impacts["force"])

@@ -194,9 +194,12 @@ FAILURES = {
 @pytest.mark.kernels
 @pytest.mark.parametrize(
     ("failure", "start"),
-    # an orbit that is out of steps takes a second; from above it is the first to be followed
     [(failure, s) for failure in FAILURES for s in STARTS if failure != "out of steps"]
-    + [("out of steps", "down")],
+    # an orbit that is out of steps takes seconds; from above it is the first to be followed
+    + [
+        pytest.param("out of steps", s, marks=() if s == "down" else pytest.mark.long)
+        for s in STARTS
+    ],
 )
 def test_a_failed_lane_is_marked_and_leaves_its_neighbors_alone(failure, start, monkeypatch):
     name, bad, settings, code = FAILURES[failure]

@@ -95,7 +95,13 @@ LONG_PERIODS = [
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize(("name", "omega", "label"), LONG_PERIODS)
+@pytest.mark.parametrize(
+    ("name", "omega", "label"),
+    [
+        *LONG_PERIODS[:3],
+        *(pytest.param(*one, marks=pytest.mark.long) for one in LONG_PERIODS[3:]),
+    ],
+)
 def test_a_long_period_is_found_whatever_the_window(name, omega, label):
     system = load_system(name, omega=omega)
     regimes = [classify(system, periods=periods) for periods in (60, 120, 2000)]
@@ -167,7 +173,7 @@ def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize("method", ["exact", pytest.param("rk4", marks=pytest.mark.long)])
 def test_what_is_recorded_changes_no_orbit(method):
     """Chaos shows it: a difference in the last bit grows to the size of the attractor."""
 

@@ -253,6 +253,7 @@ def archives(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow("figures of a made-up archive of each kind")
 def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_path, archives):
     """Of portraits, it asks for the orbits of those that were drawn."""
     for name in ("figure3.png", "figure9.png"):

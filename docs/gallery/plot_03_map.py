@@ -16,7 +16,7 @@ scan = {
     },
     "start": {"policy": "random", "count": 4},
     "sampling": {"transient": 240, "periods": 60},
-    "record": {"want": ["energy", "regime", "settling"]},
+    "record": {"want": ["regime", "settling"]},
 }
 archive = nv.scan(scan, to="map.h5")
 archive.plot().savefig("map.png", dpi=200)

@@ -25,7 +25,7 @@ SYSTEMS = {
     "sticking": System("ball", BALL, law="restitution"),
 }
 STEPPED = ("m2", "C", "omega", "K", "exponent", "hunt_crossley")
-"""Parameters of a body, a place, the drive and the law: by "power" all take the same steps."""
+"""Of "power": one of a body, a place and the drive, and the law's; others vary the same steps."""
 PAIRS = [
     (name, parameter)
     for name, system in SYSTEMS.items()

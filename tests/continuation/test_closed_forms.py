@@ -46,10 +46,10 @@ def test_special_points_of_a_rigid_oscillator(case):
 
 
 @pytest.mark.parametrize("case", CASES, ids=named)
-def test_from_rest_a_rigid_stop_is_grazed_and_the_orbit_with_an_impact_is_found(case):
+def test_a_rigid_stop_is_grazed_and_the_orbit_with_an_impact_is_found(case):
     """Beyond the grazing of rigid bodies, the branch of T,1 is followed without a hint."""
     between = 0.01, max(3.0, 2.0 * case["grazing_A"])
-    system = oscillator(case, 0.5 * case["grazing_A"])  # no verdict needs to be compiled
+    system = oscillator(case, 0.5 * case["grazing_A"])
     path = continue_branch(system, "P", between, steady_state(system), period=1)
     assert path.branches[0].ends[1] == "grazing"
     (row,) = path.special_points[path.special_points.branch == 0]

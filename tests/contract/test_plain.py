@@ -29,7 +29,7 @@ LONG = (
     "tests/kernels/plain_numerics.py",
     "tests/bifurcation/plain_sweeps.py",
 )
-"""Those that take longer, for whoever changes kernels: every fifth of them is in one group."""
+"""Those that take seconds, for whoever changes kernels: a group has every fifth of them."""
 
 LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py")
 """Those that take a minute or more: all kinds under all laws."""

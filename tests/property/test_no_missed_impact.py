@@ -156,7 +156,10 @@ OWN = SCENES["ssul"].parameter_names  # parameters beside the contact's
 
 @pytest.mark.parametrize(
     "law",
-    ["restitution", "linear"] + [pytest.param(law, marks=pytest.mark.long) for law in [*LAWS][2:]],
+    [
+        pytest.param(law, marks=() if law in ("restitution", "linear") else pytest.mark.long)
+        for law in LAWS
+    ],
 )
 def test_the_first_touch_by_every_law(law, seen):
     """What comes before the first touch knows no law: it is that of the twin, by Hertz."""

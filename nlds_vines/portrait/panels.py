@@ -18,11 +18,9 @@ from matplotlib.ticker import MaxNLocator
 from nlds_vines.model.host_system import Damper, HostSystem
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ
-from nlds_vines.orbits.responses import contact_forces, harmonic_force, relative_displacement
+from nlds_vines.orbits.responses import contact_forces, harmonic_force
 from nlds_vines.orbits.signals import (
     displaced,
-    energy_of_damper,
-    energy_of_structure,
     has_force,
     signal_of,
 )
@@ -140,67 +138,91 @@ def _ticks(most: int, integer: bool = False) -> MaxNLocator:
 
 
 def draw_panel(place: Place, request: PortraitRequest) -> None:
-    of_host = isinstance(place.system, HostSystem) and place.word in OVER_TIME
-    (_host_over_time if of_host else _PANELS[place.word])(place, request)
-
-
-def _plot(
-    place: Place, request: PortraitRequest, values: np.ndarray, color: str, label: str, **look: Any
-) -> None:
-    """Draw values over the time that is shown; without samples in between as dots."""
-    view = place.view
-    usual: dict[str, Any] = {"linewidth": _LINE}
-    if view.samples == 1:
-        usual = {**DOT, "markersize": _SMALL}
-    across = view.time[: len(values)] / place.system.period
-    place.axes.plot(across, values, **{**usual, "color": color, "label": label, **look})
+    _PANELS[place.word](place, request)
 
 
 def _over_time(place: Place, request: PortraitRequest) -> None:
-    view, axes, system, scene = place.view, place.axes, place.system, place.scene
-    count = request.show * view.samples
+    """Draw values over the time that is shown; without samples in between as dots."""
+    view, axes, system, word = place.view, place.axes, place.system, place.word
+    count, is_host = request.show * view.samples, isinstance(system, HostSystem)
     time, states = view.time[:count], view.states[:count]
     across = time / system.period
+    usual = {"linewidth": _LINE} if view.samples > 1 else {**DOT, "markersize": _SMALL}
 
     def draw(values: np.ndarray, color: str, label: str, **look: Any) -> None:
-        _plot(place, request, values, color, label, **look)
+        axes.plot(across, values, **{**usual, "color": color, "label": label, **look})
 
-    match place.panel:
+    for name, color, label in _signals_over_time(place, request):
+        values = signal_of(system, name).of(system, states)
+        draw(1e-3 * values if word == "force" else values, color, label)
+    match word:
         case "displacement" | "velocity":
-            k, symbol = (0, "x") if place.panel == "displacement" else (1, r"\dot{x}")
-            axes.set_ylabel("displacement [m]" if k == 0 else "velocity [m/s]")
-            index = "_1" if "x1" in scene.components else ""
-            draw(states[:, k], STRUCTURE, f"${symbol}{index}$")
-            if scene.damper:
-                draw(states[:, k + 2], DAMPER, f"${symbol}_2$")
-            for name, u in _boundaries(place).items() if k == 0 else ():
+            axes.set_ylabel("displacement [m]" if word == "displacement" else "velocity [m/s]")
+            for name, u in _boundaries(place).items() if word == "displacement" else ():
                 look = {"label": _words(name), **BOUNDARIES[name]}
-                if scene.grounded:
+                if place.scene.grounded:
                     axes.axhline(u, **look)
                 elif name != "structure" and view.samples > 1:  # the structure is drawn as a body
                     axes.plot(across, states[:, 0] + u, **look)
         case "relative":
-            axes.set_ylabel("$x_2-x_1$ [m]")
-            draw(relative_displacement(system, states), DAMPER, "$x_2-x_1$")
-            for name, u in _boundaries(place).items():
-                axes.axhline(u, label=_words(name), **BOUNDARIES[name])
+            damper = f"$r$ of {typeset(_damper_of(place).name)}" if is_host else "$x_2-x_1$"
+            axes.set_ylabel(f"{damper} [m]")
+            for name, r in _boundaries(place).items():
+                axes.axhline(r, label=_words(name), **BOUNDARIES[name])
+            if is_host:
+                own = view.contacts[view.contacts["damper"] == _damper_of(place).name]
+                places = [_boundaries(place)[side] for side in own["wall"].tolist()]
+                look = {"color": OBSTACLE, "markersize": _LARGE, "zorder": 5}
+                axes.plot(own["touch"] / system.period, places, label="touch", **look, **DOT)
         case "force":
-            axes.set_ylabel("force [kN]")
-            dashed = (0, (3, 1.5))
-            force = harmonic_force(system, time) / 1000
-            draw(force, FORCE, r"$P\,\cos\,\omega t$", linestyle=dashed)
-            forces = contact_forces(system, states)
-            for name, values in forces.items():
-                label = _words(name) if len(forces) > 1 else "contact"
-                draw(values / 1000, **{**BOUNDARIES[name], "label": label})
+            axes.set_ylabel("contact force [kN]" if is_host else "force [kN]")
+            if not is_host:
+                harmonic, dashed = harmonic_force(system, time), (0, (3, 1.5))
+                draw(harmonic / 1000, FORCE, r"$P\,\cos\,\omega t$", linestyle=dashed)
+                forces = contact_forces(system, states)
+                for name, values in forces.items():
+                    label = _words(name) if len(forces) > 1 else "contact"
+                    draw(values / 1000, **{**BOUNDARIES[name], "label": label})
         case bodies:
             body = bodies.removeprefix("energy")
             axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
-            if body != "2":
-                draw(energy_of_structure(system, states), GREEN, "$E_1$")
-            if body != "1" and scene.damper:
-                draw(energy_of_damper(system, states), ENERGY, "$E_2$")
             axes.set_ylim(bottom=0)
+
+
+def _signals_over_time(place: Place, request: PortraitRequest) -> list[tuple[str, str, str]]:
+    """Return name, color and label of each signal of a panel over time."""
+    system, scene, k = place.system, place.scene, int(place.word == "velocity")
+
+    def of(owner: str, key: str, label: str) -> tuple[str, str, str]:
+        return f"{owner}.{key}", _color_of(place, owner, request), label
+
+    if isinstance(system, HostSystem):
+        match place.word:
+            case "displacement" | "velocity":
+                names = displacements_of(system, request.of)
+                return [of(name, "xv"[k], typeset(name)) for name in names]
+            case "relative":
+                return [of(_damper_of(place).name, "stroke", "$r$")]
+            case "force":
+                dampers = [damper.name for damper in system.dampers if has_force(damper)]
+                return [of(name, "force", typeset(name)) for name in dampers]
+        masses = [damper.name for damper in system.masses]
+        labels = [f" of {typeset(name)}" * (len(masses) > 1) for name in masses]
+        pairs = zip(masses, labels, strict=True)
+        energies = [of(name, "E2", f"$E_2${label}") for name, label in pairs]
+    else:
+        match place.word:
+            case "displacement" | "velocity":
+                names, symbol = scene.components[k::2], ("x", r"\dot{x}")[k]
+                labels = [f"${symbol}{'_' * (len(name) > 1)}{name[1:]}$" for name in names]
+                return [*zip(names, (STRUCTURE, DAMPER), labels, strict=False)]
+            case "relative":
+                return [("u", DAMPER, "$x_2-x_1$")]
+            case "force":
+                return []
+        energies = [("E2", ENERGY, "$E_2$")] * scene.damper
+    own = [("E1", GREEN, "$E_1$")]
+    return own * (place.word != "energy2") + energies * (place.word != "energy1")
 
 
 def _boundaries(place: Place) -> Mapping[str, float]:
@@ -483,46 +505,6 @@ def _motion_of_host(place: Place, system: HostSystem, request: PortraitRequest) 
         return np.column_stack([displaced(row, states, part) for part in (0, 1)])
 
     return Motion(path, color, typeset(word), (x, v))
-
-
-def _host_over_time(place: Place, request: PortraitRequest) -> None:
-    view, axes, system, word = place.view, place.axes, place.system, place.word
-    states = view.states[: request.show * view.samples]
-
-    def draw(signal: str, color: str, label: str, factor: float = 1.0) -> None:
-        values = factor * signal_of(system, signal).of(system, states)
-        _plot(place, request, values, color, label)
-
-    if word in ("displacement", "velocity"):
-        key, text = ("x", "displacement [m]") if word == "displacement" else ("v", "velocity [m/s]")
-        axes.set_ylabel(text)
-        for name in displacements_of(system, request.of):
-            draw(f"{name}.{key}", _color_of(place, name, request), typeset(name))
-    elif word == "relative":
-        damper = _damper_of(place)
-        axes.set_ylabel(f"$r$ of {typeset(damper.name)} [m]")
-        draw(f"{damper.name}.stroke", _color_of(place, damper.name, request), "$r$")
-        for name, r in _boundaries(place).items():
-            axes.axhline(r, label=_words(name), **BOUNDARIES[name])
-        own = view.contacts[view.contacts["damper"] == damper.name]
-        places = [_boundaries(place)[side] for side in own["wall"].tolist()]
-        look: dict[str, Any] = {"color": OBSTACLE, "markersize": _LARGE, "zorder": 5}
-        axes.plot(own["touch"] / system.period, places, label="touch", **look, **DOT)
-    elif word == "force":
-        axes.set_ylabel("contact force [kN]")
-        for damper in filter(has_force, system.dampers):
-            color = _color_of(place, damper.name, request)
-            draw(f"{damper.name}.force", color, typeset(damper.name), 1e-3)
-    else:
-        body = word.removeprefix("energy")
-        axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
-        if body != "2":
-            draw("E1", GREEN, "$E_1$")
-        masses = [damper.name for damper in system.dampers if damper.m is not None]
-        for name in masses if body != "1" else ():
-            label = "$E_2$" if len(masses) == 1 else f"$E_2$ of {typeset(name)}"
-            draw(f"{name}.E2", _color_of(place, name, request), label)
-        axes.set_ylim(bottom=0)
 
 
 def _shape(place: Place, request: PortraitRequest) -> None:

@@ -52,7 +52,7 @@ from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits import records, solver_settings
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
-from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, host_starts_inside, starts_inside
+from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
@@ -333,9 +333,7 @@ class Scan(Request):
         state: dict[str, Any] = dict(zip(components, self.start.state, strict=False))
         state |= {component_of(name): places[name] for name in places if name in INITIAL}
         shape = np.broadcast_shapes(*(part.shape for part in places.values()))
-        if self.system.scene.kind == HOST:
-            return host_starts_inside(self.system, places, state, shape)
-        return starts_inside(self.system.scene, {**self.system.parameters, **places}, state, shape)
+        return starts_inside(self.system, places, state, shape)
 
     def outline(self) -> Rows:
         """Return the system, the axes, the starts, and what is recorded."""

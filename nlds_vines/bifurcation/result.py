@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -111,12 +112,13 @@ def own_states(
     initial: Mapping[str, np.ndarray],
     lanes: np.ndarray,
     tell: Tell | None = None,
+    system: System | None = None,
 ) -> np.ndarray:
     """Return where orbits that follow no other one are at their first section; rest for sweeps.
 
     `initial` are the components of the state and the phase that axes set in the `cells` (n,); an
     orbit that begins at another phase is followed to the next section.  `lanes` (n,) are the
-    numbers of the starts in their cells.
+    numbers of the starts in their cells.  `system` is one with other parameters than the scan's.
     Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s]; of a host the
     components of the state.
     """
@@ -125,7 +127,7 @@ def own_states(
         from nlds_vines.orbits.host_batch import host_starts  # with kernels, as below
 
         tolerance = scan.settings.stepped_to
-        return host_starts(scan.system, cells, scan.start, lanes, initial, tolerance)
+        return host_starts(system or scan.system, cells, scan.start, lanes, initial, tolerance)
     if scan.start.policy == "random":
         draws = starts.start_states(scan.start)[lanes]
         return starts.random_states(cells, draws[:, np.newaxis], scene)[:, 0]
@@ -185,15 +187,11 @@ def recorded_start(
         words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
         words = "the start of the sliders" if moved else words or "the given state"
     cell = np.atleast_1d(system.cells())
-    if scan.system.kind == HOST:
-        from nlds_vines.orbits.host_batch import host_starts  # with kernels
-
-        how = np.array([lane]), initial, scan.settings.stepped_to
-        state = host_starts(system, cell, scan.start, *how)
-        return CellStart(tuple(state[0].tolist()), words)
-    state = own_states(scan, cell, initial, np.array([lane]))
-    state = starts.put_on_walls(cell, state, system.scene)
-    return CellStart(tuple(starts.user_states(cell, state, system.scene)[0].tolist()), words)
+    state = own_states(scan, cell, initial, np.array([lane]), system=system)
+    if scan.system.kind != HOST:
+        state = starts.put_on_walls(cell, state, system.scene)
+        state = starts.user_states(cell, state, system.scene)
+    return CellStart(tuple(state[0].tolist()), words)
 
 
 @dataclass(frozen=True)
@@ -308,35 +306,28 @@ def cell_orbit(
     lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
     label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
-    initial = scan.initial([np.array([i]) for i in place])
-    if scan.system.kind == HOST:
-        state = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
-        for one in (*swept_before(scan, place, lane), place):
-            of_host: Any = system_at(scan, one)
-            of_cell = HostBeginning(of_host, scan.settings, state, True, scan.of)
-            if one != place:
-                try:
-                    state = of_cell.follow((), scan.transient, scan.periods).state
-                except IntegrationError:
-                    state = np.zeros_like(state)
-        return CellOrbit(scan, of_cell, scan.start.names[lane], label)
-    # an orbit of a sweep follows the cells before it, of which the first begins at rest
-    first, *others = *swept_before(scan, place, lane), place
+    initial, is_host = scan.initial([np.array([i]) for i in place]), scan.system.kind == HOST
+    own = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
+    state = own if is_host else np.append(own, np.zeros(STATE_SIZE - own.size))
     system, of_kernels = system_at(scan, place), cells.view(np.recarray)
-    rest = np.zeros(STATE_SIZE)
-    begin = Beginning(system, scan.method, scan.settings, of_kernels[first], rest)
-    if not scan.start.sweeps:
-        begin.state[:4] = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
-    for one in others:
-        cell = of_kernels[one]
+
+    def begin(cell: Place) -> Any:
+        if is_host:
+            of_host: Any = system_at(scan, cell)
+            return HostBeginning(of_host, scan.settings, state, True, scan.of)
+        return Beginning(system, scan.method, scan.settings, of_kernels[cell], state)
+
+    # an orbit of a sweep follows the cells before it, of which the first begins at rest
+    for one, after in pairwise((*swept_before(scan, place, lane), place)):
         try:
-            state = begin.after(scan.transient + scan.periods).state
-            state[2] += cell.rest - begin.cell.rest  # the displacement is carried over
-            state[4:] = 0.0  # the contact follows from r and s in this cell
+            state = begin(one).after(scan.transient + scan.periods).state
+            if not is_host:
+                # the displacement is carried over; the contact follows from r and s in this cell
+                state[2] += of_kernels[after].rest - of_kernels[one].rest
+                state[4:] = 0.0
         except IntegrationError:
-            state = np.zeros(STATE_SIZE)
-        begin = begin._replace(cell=cell, state=state)
-    return CellOrbit(scan, begin, scan.start.names[lane], label)
+            state = np.zeros_like(state)
+    return CellOrbit(scan, begin(place), scan.start.names[lane], label)
 
 
 def nearest_place(

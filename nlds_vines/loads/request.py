@@ -250,8 +250,7 @@ class HistoryRequest(Request):
                 places = dict(zip(places, grid, strict=True))
             state = dict(zip(system.scene.components, self.state, strict=False))
             shape = np.broadcast_shapes(*(values.shape for values in places.values()))
-            parameters = {**system.parameters, **places}
-            inside = starts_inside(system.scene, parameters, state, shape)
+            inside = starts_inside(system, places, state, shape)
             lines += [f"{system.name}: {line}" for line in inside]
         return lines
 

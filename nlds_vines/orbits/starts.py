@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
-from nlds_vines.model.parameters import INITIAL, LAWS, PHASE, Law
-from nlds_vines.model.scenes import Scene, Values
+from nlds_vines.model.parameters import INITIAL, LAWS, PHASE, SIDES
+from nlds_vines.model.scenes import HOST, Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")  # and `STATE`
@@ -144,43 +144,41 @@ def given_states(
 
 
 def starts_inside(
-    scene: Scene, parameters: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
+    system: Any, values: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
 ) -> list[str]:
     """Return a line with the number of starts inside a wall and the largest depth; [] for none.
 
-    Parameters and components of the state are floats or arrays that broadcast to `shape`, the shape
-    of the starts.  A missing component is at rest.
+    `values` are parameters that differ from those of a system of any kind.  They and the components
+    of the state are floats or arrays that broadcast to `shape`, the shape of the starts.  A missing
+    component is at rest.
     """
-    rest = scene.rest(parameters) if scene.rest is not None else 0.0
-    x1 = r = state.get(scene.components[0], 0.0)
-    if scene.damper:
-        r = x1 - (state.get("x2", rest) - rest)
-    depth = np.full(shape, -np.inf)
-    for gap, sign in ((scene.gap_near, 1.0), (scene.gap_far, -1.0)):
-        if gap is not None:
-            depth = np.maximum(depth, sign * r - gap(parameters))
-    return _inside_in_words(depth, np.maximum(np.abs(r), np.abs(x1)), scene.laws)
-
-
-def host_starts_inside(
-    system: Any, values: Values, state: Mapping[str, Any], shape: tuple[int, ...] = ()
-) -> list[str]:
-    """Return the same of a `HostSystem` with other `values` by name."""
-    places = [state.get(name, 0.0) for name in system.scene.components[::2]]
-    depth, scale = np.full(shape, -np.inf), np.zeros(())
-    for damper, row in zip(system.dampers, system.rows(), strict=True):
-        terms = [weight * place for weight, place in zip(row, places, strict=True)]
-        r = sum(terms, np.zeros(()))
-        scale = np.maximum(scale, sum(map(np.abs, terms), np.zeros(())))
-        for wall in damper.walls:
-            gap = values.get(f"{damper.name}.gap", wall.gap)
-            gap = values.get(f"{damper.name}.gap{wall.side}", gap)
-            depth = np.maximum(depth, r - gap if wall.side == "+" else -r - gap)
-    laws = [LAWS[wall.law] for damper in system.dampers for wall in damper.walls]
-    return _inside_in_words(depth, scale, laws)
-
-
-def _inside_in_words(depth: np.ndarray, scale: Any, laws: Sequence[Law]) -> list[str]:
+    scene, strokes, zero = system.scene, list[tuple[Any, Any, list[Any]]](), np.zeros(())
+    # of each damper: r, the size of the terms of r, and direction and gap of its walls
+    if scene.kind == HOST:
+        places = [state.get(name, 0.0) for name in scene.components[::2]]
+        for damper, row in zip(system.dampers, system.rows(), strict=True):
+            terms = [weight * place for weight, place in zip(row, places, strict=True)]
+            walls = []
+            for wall in damper.walls:
+                gap = values.get(f"{damper.name}.gap", wall.gap)
+                gap = values.get(f"{damper.name}.gap{wall.side}", gap)
+                walls.append((SIDES[wall.side], gap))
+            strokes.append((sum(terms, zero), sum(map(np.abs, terms), zero), walls))
+        laws = [LAWS[wall.law] for damper in system.dampers for wall in damper.walls]
+    else:
+        parameters, laws = {**system.parameters, **values}, scene.laws
+        rest = scene.rest(parameters) if scene.rest is not None else 0.0
+        x1 = r = state.get(scene.components[0], 0.0)
+        if scene.damper:
+            r = x1 - (state.get("x2", rest) - rest)
+        gaps = ((1.0, scene.gap_near), (-1.0, scene.gap_far))
+        walls = [(sign, gap(parameters)) for sign, gap in gaps if gap is not None]
+        strokes.append((r, np.maximum(np.abs(r), np.abs(x1)), walls))
+    depth, scale = np.full(shape, -np.inf), zero
+    for r, size, walls in strokes:
+        scale = np.maximum(scale, size)
+        for sign, gap in walls:
+            depth = np.maximum(depth, sign * r - gap)
     inside = depth > ROUND_OFF * scale
     if not inside.any():
         return []

@@ -46,7 +46,7 @@ from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.signals import has_force, signal_of
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
 from nlds_vines.orbits.spectrum import TAPERS
-from nlds_vines.orbits.starts import host_starts_inside, starts_inside
+from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.plotting.bands import LARGEST
 
 if TYPE_CHECKING:
@@ -253,11 +253,7 @@ class PortraitRequest(Request):
         lines = []
         for system in () if self.cell else [run[0].system for run in self.runs()]:
             state = dict(zip(system.scene.components, self.start or (), strict=False))
-            if isinstance(system, HostSystem):
-                inside = host_starts_inside(system, {}, state)
-            else:
-                inside = starts_inside(system.scene, system.parameters, state)
-            lines += [f"{system.name}: {line}" for line in inside]
+            lines += [f"{system.name}: {line}" for line in starts_inside(system, {}, state)]
         return lines
 
     def runs(self) -> tuple[tuple[Column, ...], ...]:

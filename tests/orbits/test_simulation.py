@@ -432,7 +432,7 @@ def test_the_line_is_that_of_the_states_of_the_kernels_where_there_is_a_wall():
         assert line == f"{(depth > 1e-12).sum()} of 49 starts are inside a wall, {most}"
     # a scene without a wall has no start inside
     system = load_system("tmd")
-    assert starts_inside(system.scene, system.parameters, {"x2": 1e9}) == []
+    assert starts_inside(system, {}, {"x2": 1e9}) == []
 
 
 def test_a_start_on_a_rigid_wall_is_on_it_however_far_the_structure_is_displaced(error_of):
@@ -443,6 +443,6 @@ def test_a_start_on_a_rigid_wall_is_on_it_however_far_the_structure_is_displaced
         on_wall = x1, 0.0, x1 - near + rest, 0.0
         start_state(system, rest, on_wall)
         state = dict(zip(system.scene.components, on_wall, strict=True))
-        assert starts_inside(system.scene, system.parameters, state) == []
+        assert starts_inside(system, {}, state) == []
     inside = 5.0, 0.0, 5.0 - near + rest - 1e-9, 0.0
     assert "inside the" in error_of(start_state, system, rest, inside)

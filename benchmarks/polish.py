@@ -18,14 +18,7 @@ from benchmarks.speed import spent
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.design_space import values_of
 from nlds_vines.tuning.request import Tuning, load_tuning
-from nlds_vines.tuning.run import (
-    PROMISING,
-    Objective,
-    at_rest,
-    distinct,
-    polish,
-    search_globally,
-)
+from nlds_vines.tuning.run import PROMISING, Objective, at_rest, distinct, polish, search_globally
 
 STEP = 3e-6
 """Half a central difference, in the unit cube: what it leaves out, and round-off, are some 3e-9 of

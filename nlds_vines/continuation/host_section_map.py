@@ -6,12 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nlds_vines.continuation.section_map import (
-    WEIGHTS,
-    Cycle,
-    SectionMap,
-    bordered,
-)
+from nlds_vines.continuation.section_map import WEIGHTS, Cycle, SectionMap, bordered
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host

@@ -24,12 +24,7 @@ from nlds_vines.errors import (
     string,
 )
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
-from nlds_vines.model.catalog import (
-    AnySystem,
-    any_system,
-    any_system_from,
-    refuse_without_force,
-)
+from nlds_vines.model.catalog import AnySystem, any_system, any_system_from, refuse_without_force
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, FORCE, GROUND, LAWS, SECOND, flat

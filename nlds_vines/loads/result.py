@@ -29,11 +29,7 @@ from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.quantities import (
-    SHARES,
-    WAYS,
-    of_load,
-)
+from nlds_vines.model.quantities import SHARES, WAYS, of_load
 from nlds_vines.model.system import System, system_in_words
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable

@@ -300,10 +300,7 @@ def _stiffened(host: Host, factor: float) -> Host:
 
 
 def _arrays_of_orbit(
-    request: HistoryRequest,
-    system: HostSystem,
-    cells: tuple[Cells, int],
-    history: bool,
+    request: HistoryRequest, system: HostSystem, cells: tuple[Cells, int], history: bool
 ) -> dict[str, np.ndarray]:
     owners, own = owners_of(request), [damper.name for damper in system.dampers]
     settings = chosen_settings("exact", {"tolerance": request.tolerance})

@@ -19,11 +19,7 @@ from nlds_vines.model.host_system import Damper, HostSystem
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ
 from nlds_vines.orbits.responses import contact_forces, harmonic_force
-from nlds_vines.orbits.signals import (
-    displaced,
-    has_force,
-    signal_of,
-)
+from nlds_vines.orbits.signals import displaced, has_force, signal_of
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.page import add_legend, size_of

@@ -268,8 +268,7 @@ def test_pieces_are_the_whole(checkout, capsys):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [["none.py", "tests"], ["nlds_vines", "none"], [*CIRCLE, "--piece", "3/2"]],
+    "words", [["none.py", "tests"], ["nlds_vines", "none"], [*CIRCLE, "--piece", "3/2"]]
 )
 def test_a_wrong_request_is_refused(checkout, words, capsys):
     with pytest.raises(SystemExit, match="2"):

@@ -97,10 +97,7 @@ LONG_PERIODS = [
 @pytest.mark.kernels
 @pytest.mark.parametrize(
     ("name", "omega", "label"),
-    [
-        *LONG_PERIODS[:3],
-        *(pytest.param(*one, marks=pytest.mark.long) for one in LONG_PERIODS[3:]),
-    ],
+    [*LONG_PERIODS[:3], *(pytest.param(*one, marks=pytest.mark.long) for one in LONG_PERIODS[3:])],
 )
 def test_a_long_period_is_found_whatever_the_window(name, omega, label):
     system = load_system(name, omega=omega)

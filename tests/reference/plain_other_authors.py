@@ -103,8 +103,7 @@ def test_the_ball_of_the_catalog_bounces_once_a_period_and_its_entry_says_where(
 
 
 @pytest.mark.parametrize(
-    ("omega", "r", "n", "published"),
-    [(3.7, 0.8, 2, 0.345147124453), (5.6, 0.7, 3, 0.122289075915)],
+    ("omega", "r", "n", "published"), [(3.7, 0.8, 2, 0.345147124453), (5.6, 0.7, 3, 0.122289075915)]
 )
 def test_the_folds_of_budd_and_dux(omega, r, n, published):
     """x'' + x = cos(omega t) with a rigid stop: one impact of speed V in n periods, closed form.

@@ -8,7 +8,6 @@ import scipy.linalg
 from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
-from nlds_vines.errors import RequestError
 from tests.kernels.test_hosts import KINDS, RECORD, as_host, matrices_of, random_system, rest_of
 
 pytestmark = pytest.mark.kernels
@@ -188,18 +187,20 @@ def test_forces_do_the_work_that_energies_gain_and_dashpots_take():
     assert energy(states[-1]) - energy(states[0]) == pytest.approx(gain, abs=1e-11 * size_of_gain)
 
 
-def test_what_is_not_there_is_refused():
+def test_what_is_not_there_is_refused(error_of):
     frame = nv.shear_frame([1.0, 1.0], [4.0, 4.0], ratio=0.1)
     cell = nv.Damper("cell-1", "roof", m=0.1, k=0.1)
     system = nv.System.from_host(frame, [cell], force={"roof": 1.0}, omega=1.0)
     assert system.displacement("roof-cell-1")[0].tolist() == [0.0, 1.0, -1.0]
-    for record, of, message in (
-        (["energy"], ["roof"], r"of = \['roof'\]: the response is not recorded"),
-        (["response"], ["attic"], "unknown displacement 'attic'"),
-        (["response"], ["roof-attic"], "unknown displacement 'roof-attic'"),
-        (["clearance"], [], "unknown record of a host 'clearance'"),
+    for options, message in (
+        ({"record": ["energy"], "of": ["roof"]}, "of = ['roof']: the response is not recorded"),
+        ({"record": ["response"], "of": ["attic"]}, "unknown displacement 'attic'"),
+        ({"record": ["response"], "of": ["roof-attic"]}, "unknown displacement 'roof-attic'"),
+        ({"record": ["clearance"]}, "unknown record of a host 'clearance'"),
+        ({"method": "rk4"}, "unknown method of a host 'rk4'"),
+        ({"nodes": 3}, "unknown option of a host's orbit 'nodes'"),
+        ({"start": [1, 2]}, "allowed: 6 finite numbers floor1, v_floor1"),
     ):
-        with pytest.raises(RequestError, match=message):
-            nv.simulate(system, 1, record=record, of=of, quiet=True)
-    with pytest.raises(RequestError, match="is for the response of a host"):
-        nv.simulate("ssul-set6", 1, of=["x1"], quiet=True)
+        assert message in error_of(nv.simulate, system, 1, **options)
+    line = error_of(nv.simulate, "ssul-set6", 1, of=["x1"])
+    assert "is for the response of a host" in line

@@ -364,53 +364,6 @@ def test_a_reduced_host_follows_the_whole_one_and_continues_bit_for_bit():
     assert np.array_equal(nv.simulate(reduced, 10, quiet=True).state, orbit.state)
 
 
-FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
-HARD = nv.Wall(0.1, K=1.0)
-CELL = nv.Damper("cell", "roof", m=900.0, walls=[HARD])
-LOAD = {"force": {"roof": 1.0}, "omega": 1.0}
-
-
-def hung(name="a", place="roof", **options):
-    return nv.Damper(name, place, **{"m": 1.0, **options})
-
-
-def of(*dampers, host=FRAME, **load):
-    return nv.System.from_host(host, dampers, **{**LOAD, **load})
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: nv.Wall(0.1, "left"), "unknown side 'left'"),
-        (lambda: nv.Wall(0.1, law="hertzian"), "did you mean 'hertz'"),
-        (lambda: nv.Wall(0.1), "law 'hertz' needs E1, .*, or K"),
-        (lambda: nv.Wall(0.1, K=-1.0), "K = -1.0 is not allowed"),
-        (lambda: nv.Wall(0.1, law="restitution", e=0.5, K=1.0), "constant of law 'restitution'"),
-        (lambda: nv.Wall(0.1, K=1.0, E1=1.0), "K stands beside constants"),
-        (lambda: hung(m=None), "damper 'a': a mass m is missing"),
-        (lambda: hung(place=("roof", "ground")), "damper 'a': has no mass m between"),
-        (lambda: hung(m=0.0), "a.m = 0.0 is not allowed: .* must be > 0"),
-        (lambda: hung(k=-1.0), "a.k = -1.0 is not allowed: .* must be >= 0"),
-        (lambda: hung(walls=[HARD, HARD]), "two walls are on one side"),
-        (lambda: hung(walls=[HARD, nv.Wall(-0.2, "-", K=1.0)]), "its walls overlap by 0.1 m"),
-        (lambda: of(CELL, CELL), "'cell': the name is taken"),
-        (lambda: of(hung(place="rooof")), "damper 'a': .*did you mean 'roof'"),
-        (lambda: of(CELL, force=None), "one of force and base"),
-        (lambda: of(CELL, force={"rooof": 1.0}), "'roof'"),
-        (lambda: of(CELL, omega=0.0), "must be > 0"),
-        (lambda: of(CELL, host=nv.Host.from_modes([{"f": 1.0, "shape": {"tip": 1, "roof": 0}}]),
-                    force={"tip": 1.0}), "no mode of the host moves 'roof'"),
-        (lambda: nv.simulate(of(CELL), 2, record=["peak"]), "record of a host 'peak'"),
-        (lambda: nv.simulate(of(CELL), 2, method="rk4"), "method of a host 'rk4'"),
-        (lambda: nv.simulate(of(CELL), 2, nodes=3), "option of a host's orbit 'nodes'"),
-        (lambda: nv.simulate(of(CELL), 2, start=[1, 2]), "8 finite numbers floor1, v_floor1"),
-    ],
-)  # fmt: skip
-def test_wrong_requests_are_refused(call, message):
-    with pytest.raises(nv.RequestError, match=message):
-        call()
-
-
 @pytest.mark.parametrize(
     "law",
     [{"K": 1e4}, {"law": "linear", "kc": 1e3}, {"law": "linear", "kc": 1e3, "cc": 10.0},

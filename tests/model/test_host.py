@@ -1,5 +1,7 @@
 """Hosts: frequencies against closed forms, statics of reductions, files, refusals."""
 
+import re
+
 import numpy as np
 import pytest
 import scipy.io
@@ -183,10 +185,8 @@ EYE = np.eye(2)
         ({"influence": [1]}, "influence has 1 values for 2 degrees of freedom"),
     ],
 )
-def test_what_is_no_host_is_refused_in_one_line(options, message):
-    with pytest.raises(nv.RequestError, match=message) as error:
-        nv.Host(**{"M": EYE, "K": EYE, **options})
-    assert "\n" not in str(error.value)
+def test_what_is_no_host_is_refused_in_one_line(options, message, error_of):
+    assert re.search(message, error_of(nv.Host, **{"M": EYE, "K": EYE, **options}))
 
 
 @pytest.mark.parametrize(
@@ -194,10 +194,7 @@ def test_what_is_no_host_is_refused_in_one_line(options, message):
     [
         (lambda: FRAME.reduced(), "a reduction needs one of keep and below"),
         (lambda: FRAME.reduced(11), "keep = 11 must be a whole number from 1 to 10"),
-        (
-            lambda: FRAME.reduced(below=1.0),
-            r"below = 1 leaves no mode: the lowest has 4.22\d rad/s",
-        ),
+        (lambda: FRAME.reduced(below=1.0), r"below = 1 leaves no mode: .* has 4.22\d rad/s"),
         (lambda: FRAME.reduced(3, statics=["rooof"]), "did you mean 'roof'"),
         (lambda: FRAME.frequency_response(1.0), "a response needs one of force and base"),
         (lambda: FRAME.frequency_response(1.0, force={"top": 1.0}), "'top'"),
@@ -214,15 +211,14 @@ def test_what_is_no_host_is_refused_in_one_line(options, message):
         (lambda: nv.chain([1, 1], [1, -1]), "must be finite numbers >= 0"),
     ],
 )
-def test_wrong_requests_are_refused(call, message):
-    with pytest.raises(nv.RequestError, match=message):
-        call()
+def test_wrong_requests_are_refused_in_one_line(call, message, error_of):
+    assert re.search(message, error_of(call))
 
 
-def test_a_file_without_stiffness_is_refused(tmp_path):
+def test_a_file_without_stiffness_is_refused(tmp_path, error_of):
     np.savez(tmp_path / "a.npz", M=EYE, Kay=EYE)
-    with pytest.raises(nv.RequestError, match=r"a.npz: has no array K; it has: M, Kay"):
-        nv.Host.from_file(tmp_path / "a.npz")
+    line = error_of(nv.Host.from_file, tmp_path / "a.npz")
+    assert "a.npz: has no array K; it has: M, Kay" in line
 
 
 def test_a_large_host_has_to_be_reduced_and_can_be():

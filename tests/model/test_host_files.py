@@ -165,25 +165,20 @@ WRONG = [
     ("f = 2.0", "", r"\[system.force\]: one of omega and f must be given"),
     ("f = 2.0", "phase = 2.0", r"\[system.force\]: unknown key 'phase'"),
     ("f = 2.0", "f = 2.0\nbase = { acceleration = 1.0 }", "needs one of force and base"),
-    (
-        "at = { roof",
-        "at = { top",
-        r"unknown degree of freedom of the force 'top'; allowed: floor1, floor2, roof",
-    ),
+    ("at = { roof", "at = { top", "of the force 'top'; allowed: floor1, floor2, roof"),
     ("cell.k = 200.0", "cell.kk = 2", r"\[set\]: damper 'cell': unknown parameter 'kk'"),
     ("[system.force]", "[system.load]", r"\[system\]: unknown key 'load'"),
 ]
 
 
 @pytest.mark.parametrize(("old", "new", "message"), WRONG)
-def test_a_wrong_file_is_refused_in_one_line_with_the_place(tmp_path, old, new, message):
+def test_a_wrong_file_is_refused_in_one_line_with_the_place(tmp_path, old, new, message, error_of):
     assert FILE.count(old) == 1
     path = tmp_path / "frame.toml"
     path.write_text(FILE.replace(old, new))
-    with pytest.raises(nv.RequestError, match=message) as error:
-        nv.load_system(path)
-    assert str(error.value).startswith(f"{path}: ")
-    assert "\n" not in str(error.value)
+    line = error_of(nv.load_system, path)
+    assert line.startswith(f"{path}: ")
+    assert re.search(message, line)
 
 
 MODES = {

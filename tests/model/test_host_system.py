@@ -1,5 +1,7 @@
 """Systems of hosts: names of their numbers, replacements, refusals in one line."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -112,45 +114,54 @@ def test_a_damper_moves_to_another_place():
         ({"cell.attached_to": ("roof", "ground")}, "damper 'cell': has no mass m between two"),
     ],
 )
-def test_wrong_replacements_are_refused_in_one_line(changes, message):
-    with pytest.raises(nv.RequestError, match=message) as error:
-        SYSTEM.with_(**changes)
-    assert "\n" not in str(error.value)
+def test_wrong_replacements_are_refused_in_one_line(changes, message, error_of):
+    assert re.search(message, error_of(SYSTEM.with_, **changes))
 
 
 @pytest.mark.parametrize("name", ["a.b", "a/b", "a=b", "a$", " a", "", "force", "ground", "host"])
-def test_names_of_dampers_stand_in_others(name):
-    with pytest.raises(nv.RequestError, match=r"^name = "):
-        nv.Damper(name, "roof", m=1.0)
+def test_names_of_dampers_stand_in_others(name, error_of):
+    assert error_of(nv.Damper, name, "roof", m=1.0).startswith("name = ")
+
+
+HARD = nv.Wall(0.1, K=1.0)
+
+
+def hung(name="a", place="roof", **options):
+    return nv.Damper(name, place, **{"m": 1.0, **options})
+
+
+def of(*dampers, host=FRAME, **load):
+    return nv.System.from_host(host, dampers, **{"force": {"roof": 1.0}, "omega": 1.0, **load})
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (
-            lambda: nv.Damper("a", "roof", m=1.0, walls=nv.Wall(0.1, K=1e7)),
-            "walls = .* must be a l",
-        ),
-        (lambda: nv.Damper("a", ("roof", "roof")), "must be a degree of freedom, or two different"),
-        (
-            lambda: nv.System.from_host(FRAME, CELL, force={}, omega=1.0),
-            "dampers = .* must be a li",
-        ),
-        (
-            lambda: nv.System.from_host(FRAME, [nv.Damper("v_roof", "roof", m=1.0)]),
-            "'v_roof' names two components of states",
-        ),
-        (
-            lambda: nv.System.from_host(FRAME.reduced(2), [nv.Damper("mode1", "roof", m=1.0)]),
-            "'mode1' names two components of states",
-        ),
-        (
-            lambda: nv.System.from_host(FRAME, force={"rof": 1.0}, omega=1.0),
-            "unknown degree of freedom of the force 'rof'",
-        ),
+        (lambda: nv.Wall(0.1, "left"), "unknown side 'left'"),
+        (lambda: nv.Wall(0.1, law="hertzian"), "did you mean 'hertz'"),
+        (lambda: nv.Wall(0.1), "law 'hertz' needs E1, .*, or K"),
+        (lambda: nv.Wall(0.1, K=-1.0), "K = -1.0 is not allowed"),
+        (lambda: nv.Wall(0.1, law="restitution", e=0.5, K=1.0), "constant of law 'restitution'"),
+        (lambda: nv.Wall(0.1, K=1.0, E1=1.0), "K stands beside constants"),
+        (lambda: hung(m=None), "damper 'a': a mass m is missing"),
+        (lambda: hung(place=("roof", "ground")), "damper 'a': has no mass m between"),
+        (lambda: hung(place=("roof", "roof")), "must be a degree of freedom, or two different"),
+        (lambda: hung(m=0.0), "a.m = 0.0 is not allowed: .* must be > 0"),
+        (lambda: hung(k=-1.0), "a.k = -1.0 is not allowed: .* must be >= 0"),
+        (lambda: hung(walls=HARD), "walls = .* must be a list of Wall"),
+        (lambda: hung(walls=[HARD, HARD]), "two walls are on one side"),
+        (lambda: hung(walls=[HARD, nv.Wall(-0.2, "-", K=1.0)]), "its walls overlap by 0.1 m"),
+        (lambda: nv.System.from_host(FRAME, CELL), "dampers = .* must be a list of Damper"),
+        (lambda: of(CELL, CELL), "'cell': the name is taken"),
+        (lambda: of(hung("v_roof")), "'v_roof' names two components of states"),
+        (lambda: of(hung("mode1"), host=FRAME.reduced(2)), "'mode1' names two components"),
+        (lambda: of(hung(place="rooof")), "damper 'a': .*did you mean 'roof'"),
+        (lambda: of(CELL, force=None), "one of force and base"),
+        (lambda: of(CELL, force={"rof": 1.0}), "unknown degree of freedom of the force 'rof'"),
+        (lambda: of(CELL, omega=0.0), "must be > 0"),
+        (lambda: of(CELL, host=nv.Host.from_modes([{"f": 1.0, "shape": {"tip": 1, "roof": 0}}]),
+                    force={"tip": 1.0}), "no mode of the host moves 'roof'"),
     ],
-)
-def test_wrong_systems_are_refused_in_one_line(call, message):
-    with pytest.raises(nv.RequestError, match=message) as error:
-        call()
-    assert "\n" not in str(error.value)
+)  # fmt: skip
+def test_wrong_systems_are_refused_in_one_line(call, message, error_of):
+    assert re.search(message, error_of(call))

@@ -215,7 +215,7 @@ class Kernels:
         span = Span(transient, periods, 1)
         outputs.status[:] = run(self._parts, sweeps, starts, span, outputs.buffers)
         if outputs.evidence is not None:
-            self._judge(outputs, sweeps, transient, periods)
+            self._judge(outputs, sweeps, transient)
         return outputs
 
     def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -261,7 +261,7 @@ class Kernels:
                     self._compilation.await_verdict()
                 self.compile(kernel)
 
-    def _judge(self, outputs: Outputs, sweeps: np.ndarray, transient: int, periods: int) -> None:
+    def _judge(self, outputs: Outputs, sweeps: np.ndarray, transient: int) -> None:
         ends, section = outputs.buffers.ends, outputs.buffers.section
         finished = Finished(ends, section, max(transient - NOTED, 0))
         cells, stages = records_of(sweeps), self._stages
@@ -279,7 +279,7 @@ class Kernels:
                 multipliers_of(np.empty((0, codes.LENGTH_OF_ROW)), size)
             run(self._parts, sweeps, np.zeros((0, 4)), Span(1, 1, 1), outputs.buffers)
         else:
-            self._judge(outputs, sweeps, 1, 1)
+            self._judge(outputs, sweeps, 1)
 
 
 def compile_verdict(scene: str, method: str, want: str) -> None:

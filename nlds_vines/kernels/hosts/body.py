@@ -17,6 +17,8 @@ from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.fours import four, four_at, sum_of
 
+MOVED = 2.1e-16  # 0.7^16 / 16!: rest of a move over the longest cell, relative to the state
+
 
 class Body(NamedTuple):
     """The linear system; each array is one row of numbers, in inner kernels a bare row."""
@@ -96,12 +98,14 @@ def differentiate(body, drive, at):
 
 
 @jit
-def move(body, drive, time, y, work):
-    """Advance a state y and the drive in place by a short time [s].
+def move(body, rate, drive, time, y, work):
+    """Advance a state y and the drive in place by a time [s] of up to a smallest cell.
 
-    By a Taylor polynomial of degree ORDER + 1; work: (3 size + drives,) scratch.
+    By a Taylor polynomial, up to degree ORDER + 1. With x = `rate` times the time, term k is at
+    most x^k / k! of the state (`grid`). It ends where that of the next term is below MOVED, but not
+    before all powers of the drive have acted. work: (3 size + drives,) scratch.
     """
-    size, at = body.size, 3 * body.size
+    size, at, last = body.size, 3 * body.size, 1.0  # x^k / k! of the last term
     for i in range(2 * size):
         work[i] = y[i]
     for k in range(body.drives):
@@ -117,3 +121,6 @@ def move(body, drive, time, y, work):
         for k in range(body.drives):
             work[at + k] *= g
             drive[k] += work[at + k]
+        last *= rate * g
+        if n > body.drives and last * (rate * time) <= MOVED * (n + 2.0):
+            break

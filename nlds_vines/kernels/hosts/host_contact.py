@@ -560,7 +560,7 @@ def leave_at_rest(body, walls, contacts, drive, left, rate, y, work):
         time = max(time, SOON * SOON / rate)
     time = min(time, left)
     if time > 0.0:
-        move(body, drive, time, y, work)
+        move(body, rate, drive, time, y, work)
         for c in range(active[0]):
             wall = active[1 + c]
             if contacts.q[wall] == 0.0 and walls.law[wall] != IS_RIGID:
@@ -681,7 +681,7 @@ def step_contacts(host, varied, watch, begun, y):
         took = leave_at_rest(body, walls, contacts, drive, left - elapsed, rate, y, work)
         elapsed += took
         if varied is not None and took > 0.0:
-            vary_shortly(body, varied, took, work)
+            vary_shortly(body, rate, varied, took, work)
         if not elapsed < left:
             return stop, 0.0
         if active[0] > 1:

@@ -221,7 +221,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
                 y[i] = end[i]
             j += 1
             continue
-        move(body, drive, first * grid.h, y, scratch.work)
+        move(body, grid.rate, drive, first * grid.h, y, scratch.work)
         if touched == FLOWN:
             j, x = j + 1, 0.0
             continue

@@ -185,7 +185,7 @@ def approach_at(body, short, wall, touch, powers):
         part = abs(part) * z0 * time * lasting / (k + 1.0)
         rest += part
         if part > short.arc.settled * peak:
-            memory = k + 1
+            memory = k + 1 + (k + 1) % 2  # an even number, for `remember_depths`
         factorial *= k + 1.0
         time *= lasting
     per = 1.0 / peak
@@ -443,17 +443,32 @@ def guess_slow(side, nodes, approach):
 
 @jit
 def remember_depths(side, nodes):
-    """Fill the memory at the nodes, whose z dt/dphi are there."""
+    """Fill the memory at the nodes, whose z dt/dphi are there.
+
+    m is summed by even and by odd powers, at two fours of nodes at once: four sums that do not wait
+    for each other. The last two fours may be one.
+    """
     w, m, matrix, numbers = nodes.w, nodes.m, nodes.at + NODES.matrix * nodes.m, side.numbers
-    for i in range(0, m, 4):
-        t, total = four_at(w, ARC.times + i), four(0.0)
+    at = ROOM * OF_MEMORY
+    for i in range(0, m, 8):
+        other = min(i + 4, m - 4)
+        t, t_other = four_at(w, ARC.times + i), four_at(w, ARC.times + other)
+        total, total_other = four(0.0), four(0.0)
         if side.memory > 0:
             for j in range(nodes.n):
-                back, weight = t - w[ARC.times + j], four(0.0)
-                for k in range(side.memory - 1, -1, -1):
-                    weight = weight * back + numbers[ROOM * OF_MEMORY + k]
-                total = total + (four_at(w, matrix + j * m + i) * w[ARC.slope_x + j]) * weight
+                row, time, z = matrix + j * m, w[ARC.times + j], w[ARC.slope_x + j]
+                x, y = t - time, t_other - time
+                x2, y2 = x * x, y * y
+                even, odd, even_other, odd_other = four(0.0), four(0.0), four(0.0), four(0.0)
+                for k in range(at + side.memory - 2, at - 1, -2):
+                    even, odd = even * x2 + numbers[k], odd * x2 + numbers[k + 1]
+                    even_other = even_other * y2 + numbers[k]
+                    odd_other = odd_other * y2 + numbers[k + 1]
+                total = total + (four_at(w, row + i) * z) * (even + x * odd)
+                even_other = even_other + y * odd_other
+                total_other = total_other + (four_at(w, row + other) * z) * even_other
         put_four(w, ARC.common_x + i, total)
+        put_four(w, ARC.common_x + other, total_other)
 
 
 @jit

@@ -66,9 +66,9 @@ def varied_of(body, tangent, clearance):
 
 
 @jit
-def vary_shortly(body, varied, time, work):
+def vary_shortly(body, rate, varied, time, work):
     for c in range(varied.number):
-        move(body, varied.free, time, from_place(varied.rows, 2 * body.size * c), work)
+        move(body, rate, varied.free, time, from_place(varied.rows, 2 * body.size * c), work)
 
 
 @jit
@@ -77,7 +77,7 @@ def vary_flight(body, grid, scratch, varied, begun, ended):
     (j, x), (last, end), N = begun, ended, 2 * body.size
     if x > 0.0:
         share = (end if j == last else 1.0) - x
-        vary_shortly(body, varied, share * grid.h, scratch.work)
+        vary_shortly(body, grid.rate, varied, share * grid.h, scratch.work)
         if j == last:
             return
         j += 1
@@ -92,7 +92,7 @@ def vary_flight(body, grid, scratch, varied, begun, ended):
                 row[i] = scratch.end[i]
         j += cells
     if end > 0.0:
-        vary_shortly(body, varied, end * grid.h, scratch.work)
+        vary_shortly(body, grid.rate, varied, end * grid.h, scratch.work)
 
 
 # ---- contacts ------------------------------------------------------------------------------------

@@ -37,10 +37,10 @@ class HostGrid(NamedTuple):
     h: float  # of a smallest cell [s]
     rate: float  # bound of the rates of the motion [1/s]
     drives: int  # D numbers of the drive (`body`)
-    # propagators of y, and behind it of r and s of links, from the coarsest level on, in blocks of
-    # BLOCK rows, each with the columns of y and of the drive
+    columns: int  # numbers of y and of the drive behind it, in whole fours
+    # propagators of y from the coarsest level on, by columns of BLOCK rows, the rest of four rows
     propagators: Any
-    blocks: int  # of a level
+    ahead: Any  # and of r and s of links, row by row
     is_harmonic: bool
     begun: float  # turns of a harmonic force before a period
     turns: float  # and within it
@@ -197,18 +197,21 @@ def host_grid(body, stops):
 
     # propagators, from the smallest cell to the coarsest
     links = body.links
-    blocks = (N + 2 * links + BLOCK - 1) // BLOCK
-    propagators = np.zeros((levels + 1) * blocks * (N + D) * BLOCK)
-    step, column = exponential(a * h), np.zeros(N + 2 * links)
+    rows, columns = (N + 3) // 4 * 4, (N + D + 3) // 4 * 4
+    in_blocks = rows // BLOCK * BLOCK
+    propagators = np.zeros((levels + 1) * rows * (N + D))
+    ahead = np.zeros((levels + 1) * links * 2 * columns)
+    step, column = exponential(a * h), np.zeros(N)
     for level in range(levels, -1, -1):
         for j in range(N + D):
             for i in range(N):
                 column[i] = step[i, j]
+                width = BLOCK if i < in_blocks else 4
+                at = (level * rows + i - i % width) * (N + D)
+                propagators[at + j * width + i % width] = column[i]
             for link in range(links):
-                column[N + 2 * link], column[N + 2 * link + 1] = along(body, link, column, 0)
-            for i in range(N + 2 * links):
-                block = level * blocks + i // BLOCK
-                propagators[(block * (N + D) + j) * BLOCK + i % BLOCK] = column[i]
+                at = (level * links + link) * 2 * columns + j
+                ahead[at], ahead[at + columns] = along(body, link, column, 0)
         if level > 0:
             step = times(step, step)
     phases = np.zeros(2 * count + 2 if is_harmonic else D)
@@ -259,7 +262,7 @@ def host_grid(body, stops):
             for b in range(pairs):
                 fourth[link * pairs + j] += by_pair[b] * bounded[b, j]
     grid = HostGrid(
-        count, levels, h, fastest, D, propagators, blocks, is_harmonic, body.begun, body.turns,
-        phases, scales, fourth, polynomials,
+        count, levels, h, fastest, D, columns, propagators, ahead, is_harmonic, body.begun,
+        body.turns, phases, scales, fourth, polynomials,
     )  # fmt: skip
     return grid, is_fine

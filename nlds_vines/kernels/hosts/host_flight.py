@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
-from ..numerics.fours import four, four_at, number_of, put_four, roots_of, sum_of
+from ..numerics.fours import four, four_at, from_place, number_of, put_four, roots_of, sum_of
 from ..numerics.roots import highest, only_rises
 from ..watch.touch import AT_R, LOST, first_touch, nearest_miss, tightened
 from .body import along, move
@@ -24,7 +24,9 @@ class Scratch(NamedTuple):
     """Scratch of an orbit; each array is one row, in inner kernels a bare row."""
 
     begin: Any  # (2 size,) the state at the beginning of a flight
-    end: Any  # (BLOCK blocks,) and at the end of a cell; behind it r and s of links (`advance`)
+    # (columns,) the state at the beginning of a cell, the drive behind it, then zeros
+    columns: Any
+    end: Any  # (columns,) the state at its end
     work: Any  # (3 size + drives,) of `body.move`
     drive: Any  # (drives,) at an instant
     # 5 links: r and s at the beginning of a cell, and at its end; bounds of |r''''| [m/s^4]
@@ -33,17 +35,15 @@ class Scratch(NamedTuple):
 
 
 @jit
-def advance(body, grid, blocks, drive, y, out):
-    """Write the state at the end of a cell that begins with a drive, and behind it r, s of links.
-
-    blocks: (level, first, behind) the level of the cell, and the blocks of rows that are written.
-    """
-    (level, first, behind), N, D = blocks, 2 * body.size, grid.drives
-    w, at = grid.propagators, (level * grid.blocks + first) * (N + D) * BLOCK
-    for i in range(first * BLOCK, behind * BLOCK, BLOCK):
+def advance(body, grid, level, columns, out):
+    """Write the state at the end of a cell to `out`; columns: `Scratch.columns`."""
+    N, count = 2 * body.size, 2 * body.size + grid.drives  # both are even
+    w, rows = grid.propagators, (N + 3) // 4 * 4
+    at, behind = level * rows * count, rows // BLOCK * BLOCK
+    for i in range(0, behind, BLOCK):
         a, b, c = four(0.0), four(0.0), four(0.0)
-        for j in range(0, N + D, 2):  # N and D are even; two columns at a time
-            x, v = (y[j], y[j + 1]) if j < N else (drive[j - N], drive[j - N + 1])
+        for j in range(0, count, 2):  # two columns at a time
+            x, v = columns[j], columns[j + 1]
             a = a + (four_at(w, at) * x + four_at(w, at + BLOCK) * v)
             b = b + (four_at(w, at + 4) * x + four_at(w, at + BLOCK + 4) * v)
             c = c + (four_at(w, at + 8) * x + four_at(w, at + BLOCK + 8) * v)
@@ -51,6 +51,23 @@ def advance(body, grid, blocks, drive, y, out):
         put_four(out, i, a)
         put_four(out, i + 4, b)
         put_four(out, i + 8, c)
+    for i in range(behind, rows, 4):
+        a = four(0.0)
+        for j in range(0, count, 2):
+            a = a + (four_at(w, at) * columns[j] + four_at(w, at + 4) * columns[j + 1])
+            at += 8
+        put_four(out, i, a)
+
+
+@jit
+def gap_ahead(body, grid, level, link, columns):
+    """Return (r, s) of a link at the end of a cell; columns: `Scratch.columns`."""
+    w, count, r, s = grid.ahead, grid.columns, four(0.0), four(0.0)
+    at = (level * body.links + link) * 2 * count
+    for j in range(0, count, 4):
+        x = four_at(columns, j)
+        r, s = r + four_at(w, at + j) * x, s + four_at(w, at + count + j) * x
+    return sum_of(r), sum_of(s)
 
 
 @jit
@@ -101,14 +118,14 @@ def is_clear(walls, wall, gap, h, gaps, links, fourth):
 
 
 @jit
-def expand_r(body, grid, link, y, drive, table):
-    """Fill the table with the Taylor polynomial of r over a smallest cell that begins with y."""
-    N, D = 2 * body.size, grid.drives
-    w, at = grid.polynomials, link * (N + D) * TERMS_OF_R
+def expand_r(body, grid, link, columns, table):
+    """Fill the table with the Taylor polynomial of r over a smallest cell, from `columns` on."""
+    count = 2 * body.size + grid.drives
+    w, at = grid.polynomials, link * count * TERMS_OF_R
     for first in range(0, TERMS_OF_R, 8):
         a, b = four(0.0), four(0.0)
-        for j in range(0, N + D, 2):
-            x, v = (y[j], y[j + 1]) if j < N else (drive[j - N], drive[j - N + 1])
+        for j in range(0, count, 2):
+            x, v = columns[j], columns[j + 1]
             row = at + TERMS_OF_R * j + first
             a = a + (four_at(w, row) * x + four_at(w, row + TERMS_OF_R) * v)
             b = b + (four_at(w, row + 4) * x + four_at(w, row + TERMS_OF_R + 4) * v)
@@ -157,19 +174,30 @@ def drive_of(grid, j, x, out):
             out[k] += place * out[k + 1]
 
 
+@jit
+def put_columns(body, grid, place, y, columns):
+    """Write a state y at a place (j, x), and the drive there, to `Scratch.columns`."""
+    (j, x), N = place, 2 * body.size
+    for i in range(N):
+        columns[i] = y[i]
+    drive_of(grid, j, x, from_place(columns, N))
+
+
 FLOWN, LOST_TOUCH = -1, -2  # `fly` without a touch: at its stop, or astray
 
 
 @jit
-def fly(body, grid, walls, scratch, clearance, begun, stop, y):
+def fly(body, grid, walls, scratch, clearance, begun, stop, state):
     """Fly from place x of smallest cell j to the next touch or to the beginning of cell `stop`.
 
-    begun: (j, x); y: the state, advanced in place. Returns (wall, j, x), FLOWN at `stop`. With a
+    begun: (j, x); state: advanced in place. Returns (wall, j, x), FLOWN at `stop`. With a
     `clearance` it is a flight without touches, of which near misses are noted (`note_misses`).
     """
     j, x = begun
-    links, gaps, end, drive = body.links, scratch.gaps, scratch.end, scratch.drive
-    N, first_of_gaps = 2 * body.size, 2 * body.size // BLOCK  # the block
+    links, gaps, end, y, N = body.links, scratch.gaps, scratch.end, scratch.columns, 2 * body.size
+    drive = from_place(y, N)
+    for i in range(N):
+        y[i] = state[i]
     has_gaps = False  # whether those at the beginning are of the state y
     while j < stop:
         drive_of(grid, j, x, drive)
@@ -182,9 +210,9 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
             for link in range(links):
                 gaps[4 * links + link] = bound_of(body, grid, link, y, gaps, drive)
             while True:
-                advance(body, grid, (level, first_of_gaps, grid.blocks), drive, y, end)
-                for i in range(2 * links):
-                    gaps[2 * links + i] = end[N + i]
+                for link in range(links):
+                    at = 2 * (links + link)
+                    gaps[at], gaps[at + 1] = gap_ahead(body, grid, level, link, y)
                 h = grid.h * (1 << (grid.levels - level))
                 h2, proven = h * h, True
                 for wall in range(walls.number):
@@ -195,8 +223,8 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
                 if proven or level == grid.levels:
                     break
                 level += 1
-            advance(body, grid, (level, 0, first_of_gaps), drive, y, end)
             if proven:
+                advance(body, grid, level, y, end)
                 for i in range(N):
                     y[i] = end[i]
                 for i in range(2 * links):
@@ -206,7 +234,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
         # a smallest cell, from place x on
         first, touched = 1.0 - x, FLOWN
         for wall in range(walls.number):
-            expand_r(body, grid, walls.links[wall], y, drive, scratch.polynomial)
+            expand_r(body, grid, walls.links[wall], y, scratch.polynomial)
             if clearance is not None:
                 note_miss(walls, wall, clearance, first, scratch.polynomial, False)
                 continue
@@ -217,6 +245,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
                 first, touched = place, wall
         has_gaps = False
         if x == 0.0 and touched == FLOWN:
+            advance(body, grid, grid.levels, y, end)
             for i in range(N):
                 y[i] = end[i]
             j += 1
@@ -228,7 +257,11 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, y):
         x += first
         if x >= 1.0:
             j, x = j + 1, 0.0
+        for i in range(N):
+            state[i] = y[i]
         return touched, j, x
+    for i in range(N):
+        state[i] = y[i]
     return FLOWN, j, 0.0
 
 
@@ -243,7 +276,7 @@ def note_misses(body, grid, walls, scratch, clearance, begun, ended):
         fly(body, grid, walls, scratch, clearance, begun, last, y)
         x = 0.0
     if end > x:
-        drive_of(grid, last, x, scratch.drive)
+        put_columns(body, grid, (last, x), y, scratch.columns)
         for wall in range(walls.number):
-            expand_r(body, grid, walls.links[wall], y, scratch.drive, scratch.polynomial)
+            expand_r(body, grid, walls.links[wall], scratch.columns, scratch.polynomial)
             note_miss(walls, wall, clearance, end - x, scratch.polynomial, True)

@@ -21,7 +21,7 @@ from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of, no_section
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
 from .body import along
-from .grid import BLOCK, host_grid
+from .grid import host_grid
 from .host_contact import (
     OF_DRIVE,
     OF_TOTAL,
@@ -35,7 +35,16 @@ from .host_contact import (
     strike,
     width_of,
 )
-from .host_flight import FLOWN, LOST_TOUCH, Scratch, advance, drive_of, fly, note_misses
+from .host_flight import (
+    FLOWN,
+    LOST_TOUCH,
+    Scratch,
+    advance,
+    drive_of,
+    fly,
+    note_misses,
+    put_columns,
+)
 from .host_impact import short_impacts
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
@@ -76,8 +85,9 @@ def host_flow(body, walls, contacts, impacts, stops):
     grid, is_fine = host_grid(body, stops)
     size, links = body.size, body.links
     scratch = Scratch(
-        np.zeros(2 * size), np.zeros(BLOCK * grid.blocks), np.zeros(3 * size + body.drives),
-        np.zeros(body.drives), np.zeros(5 * links), np.zeros(COEF + TERMS),
+        np.zeros(2 * size), np.zeros(grid.columns), np.zeros(grid.columns),
+        np.zeros(3 * size + body.drives), np.zeros(body.drives), np.zeros(5 * links),
+        np.zeros(COEF + TERMS),
     )  # fmt: skip
     short = short_impacts(body, grid, walls, contacts.arc)
     host = PreparedHost(body, grid, walls, contacts, impacts, scratch, short)
@@ -336,8 +346,8 @@ def note_flight(host, watch, begun, ended):
                 cells = coarse >> level
                 if j % cells != 0 or j + cells > last:
                     continue
-                drive_of(grid, j, x, drive)
-                advance(body, grid, (level, 0, grid.blocks), drive, y, end)
+                put_columns(body, grid, (j, x), y, scratch.columns)
+                advance(body, grid, level, scratch.columns, end)
                 drive_of(grid, j + cells, 0.0, drive)
                 note_instant(body, watch, end, drive, behind)
                 drive_of(grid, j, x, drive)

@@ -81,13 +81,18 @@ def vary_flight(body, grid, scratch, varied, begun, ended):
         if j == last:
             return
         j += 1
+    columns = scratch.columns
+    for k in range(body.drives):
+        columns[N + k] = 0.0
     while j < last:
         level, cells = 0, 1 << grid.levels
         while j & (cells - 1) != 0 or j + cells > last:
             level, cells = level + 1, cells >> 1
         for c in range(varied.number):
             row = from_place(varied.rows, N * c)
-            advance(body, grid, (level, 0, grid.blocks), varied.free, row, scratch.end)
+            for i in range(N):
+                columns[i] = row[i]
+            advance(body, grid, level, columns, scratch.end)
             for i in range(N):
                 row[i] = scratch.end[i]
         j += cells

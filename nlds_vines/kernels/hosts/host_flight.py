@@ -1,8 +1,9 @@
 """From a state to the next touch of any wall, certified, or to the end of a flight.
 
 In a cell of some level the ends and the bound of r'''' prove by cubics (`roots`) that no wall is
-touched; if they do not, the next level is tried, and in a smallest cell the Taylor polynomial of r
-decides (`touch.first_touch`). A touch that is lost there ends the orbit with a code.
+touched; if they do not, those of its halves may do so. Otherwise the next level is tried, and in a
+smallest cell the Taylor polynomial of r decides (`touch.first_touch`). A touch that is lost there
+ends the orbit with a code.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ class Scratch(NamedTuple):
     end: Any  # (columns,) the state at its end
     work: Any  # (3 size + drives,) of `body.move`
     drive: Any  # (drives,) at an instant
-    # 5 links: r and s at the beginning of a cell, and at its end; bounds of |r''''| [m/s^4]
+    # 7 links: r and s at the beginning of a cell, at its end, and in its middle; bounds of |r''''|
+    # [m/s^4] over a coarse cell (AT_BEGIN ...)
     gaps: Any
     polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
 
@@ -70,10 +72,15 @@ def gap_ahead(body, grid, level, link, columns):
     return sum_of(r), sum_of(s)
 
 
+AT_BEGIN, AT_END, AT_MIDDLE, OF_FOURTH = 0, 2, 4, 6  # places in `gaps`, in units of links
+
+
 @jit
-def read_gaps(body, y, gaps, to):
+def look_ahead(body, grid, level, columns, gaps, place):
+    """Write r and s of all links at the end of a cell to a place of `gaps`."""
     for link in range(body.links):
-        gaps[to + 2 * link], gaps[to + 2 * link + 1] = along(body, link, y, 0)
+        at = place * body.links + 2 * link
+        gaps[at], gaps[at + 1] = gap_ahead(body, grid, level, link, columns)
 
 
 @jit
@@ -101,20 +108,37 @@ def bound_of(body, grid, link, y, gaps, drive):
 
 
 @jit
-def is_clear(walls, wall, gap, h, gaps, links, fourth):
-    """Return True if r is proven not to rise to `gap` in a cell, on the side of a wall.
+def is_clear(walls, wall, gap, h, gaps, places, fourth):
+    """Return True if r is proven not to rise to `gap` in a piece of a cell, on the side of a wall.
 
-    gaps: r and s of links at the beginning, and behind them those at the end; fourth: the bound of
-    r'''' times h^4. A start there that moves away is clear.
+    h [s]: its length; places: in `gaps`, those of the link's r and s at its ends; fourth: the bound
+    of r'''' times h^4. A start at the gap that moves away is clear.
     """
-    at, sign = 2 * walls.links[wall], walls.signs[wall]
-    end = at + 2 * links
+    (at, end), sign = places, walls.signs[wall]
     f0, f1 = sign * gaps[at], sign * gaps[end]
     g0, g1 = sign * gaps[at + 1] * h, sign * gaps[end + 1] * h
     if highest(f0, f1, g0, g1, fourth) < gap:
         return True
     slack = 4.0e-16 * (abs(gap) + abs(f0) + abs(g0))
     return f0 <= gap + slack and only_rises(-f0, -f1, -g0, -g1, fourth)
+
+
+@jit
+def are_clear(walls, clearance, level, grid, gaps, links, places):
+    """Return True if all walls are proven clear in a piece of a cell, as long as one of a level.
+
+    places: (AT_BEGIN, AT_END) or others, its ends.
+    """
+    (begin, end), h, proven = places, grid.h * (1 << (grid.levels - level)), True
+    h2 = h * h
+    for wall in range(walls.number):
+        link, gap = walls.links[wall], walls.gaps[wall]
+        if clearance is not None:
+            gap -= clearance[0]
+        at, fourth = 2 * link, gaps[OF_FOURTH * links + link] * (h2 * h2)
+        ends = begin * links + at, end * links + at
+        proven = proven and is_clear(walls, wall, gap, h, gaps, ends, fourth)
+    return proven
 
 
 @jit
@@ -203,32 +227,33 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, state):
         drive_of(grid, j, x, drive)
         if x == 0.0:
             if not has_gaps:
-                read_gaps(body, y, gaps, 0)
-            has_gaps, level, proven = True, 0, False
+                for link in range(links):
+                    gaps[2 * link], gaps[2 * link + 1] = along(body, link, y, 0)
+            has_gaps, level = True, 0
             while level < grid.levels and j & ((1 << (grid.levels - level)) - 1) != 0:
                 level += 1
             for link in range(links):
-                gaps[4 * links + link] = bound_of(body, grid, link, y, gaps, drive)
-            while True:
-                for link in range(links):
-                    at = 2 * (links + link)
-                    gaps[at], gaps[at + 1] = gap_ahead(body, grid, level, link, y)
-                h = grid.h * (1 << (grid.levels - level))
-                h2, proven = h * h, True
-                for wall in range(walls.number):
-                    gap, fourth = walls.gaps[wall], gaps[4 * links + walls.links[wall]] * (h2 * h2)
-                    if clearance is not None:
-                        gap -= clearance[0]
-                    proven = proven and is_clear(walls, wall, gap, h, gaps, links, fourth)
-                if proven or level == grid.levels:
-                    break
-                level += 1
+                gaps[OF_FOURTH * links + link] = bound_of(body, grid, link, y, gaps, drive)
+            look_ahead(body, grid, level, y, gaps, AT_END)
+            proven = are_clear(walls, clearance, level, grid, gaps, links, (AT_BEGIN, AT_END))
+            while not proven and level < grid.levels:
+                # a cell is clear if both halves are, otherwise its first half is the next cell
+                look_ahead(body, grid, level + 1, y, gaps, AT_MIDDLE)
+                half = level + 1
+                first = are_clear(walls, clearance, half, grid, gaps, links, (AT_BEGIN, AT_MIDDLE))
+                if first:
+                    ends = AT_MIDDLE, AT_END
+                    proven = are_clear(walls, clearance, half, grid, gaps, links, ends)
+                if not proven:
+                    level, proven = half, first
+                    for i in range(2 * links):
+                        gaps[AT_END * links + i] = gaps[AT_MIDDLE * links + i]
             if proven:
                 advance(body, grid, level, y, end)
                 for i in range(N):
                     y[i] = end[i]
                 for i in range(2 * links):
-                    gaps[i] = gaps[2 * links + i]
+                    gaps[i] = gaps[AT_END * links + i]
                 j += 1 << (grid.levels - level)
                 continue
         # a smallest cell, from place x on

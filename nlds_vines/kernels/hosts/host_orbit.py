@@ -86,7 +86,7 @@ def host_flow(body, walls, contacts, impacts, stops):
     size, links = body.size, body.links
     scratch = Scratch(
         np.zeros(2 * size), np.zeros(grid.columns), np.zeros(grid.columns),
-        np.zeros(3 * size + body.drives), np.zeros(body.drives), np.zeros(5 * links),
+        np.zeros(3 * size + body.drives), np.zeros(body.drives), np.zeros(7 * links),
         np.zeros(COEF + TERMS),
     )  # fmt: skip
     short = short_impacts(body, grid, walls, contacts.arc)

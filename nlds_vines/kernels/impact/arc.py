@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -73,10 +73,7 @@ def integration_matrix(x: np.ndarray, upto: np.ndarray) -> np.ndarray:
 
 def matrix_times(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the product of a matrix (..., n) and values (n,), the sums from the first on."""
-    total = np.zeros(matrix.shape[:-1])
-    for j in range(len(values)):
-        total = total + matrix[..., j] * values[j]
-    return total
+    return np.cumsum(matrix * values, axis=-1)[..., -1]
 
 
 # ---- A short impact as a power series in its five small numbers ----------------------------------
@@ -108,6 +105,7 @@ Integrate = Callable[[np.ndarray], np.ndarray]
 """Values at nodes -> their integrals from touch to each node."""
 
 
+@cache
 def weight_of_term(term: Term) -> int:
     return sum(power * weight for power, weight in zip(term, TERM_WEIGHTS, strict=True))
 
@@ -157,9 +155,10 @@ class Series:
         """Return the product, its terms beyond the order left out."""
         products: dict[Term, np.ndarray] = {}
         for one, values in self.coefficients.items():
+            most = self.order - weight_of_term(one)
             for another, others in other.coefficients.items():
-                term = tuple(a + b for a, b in zip(one, another, strict=True))
-                if weight_of_term(term) <= self.order:
+                if weight_of_term(another) <= most:
+                    term = tuple(a + b for a, b in zip(one, another, strict=True))
                     part = values * others
                     products[term] = products[term] + part if term in products else part
         return Series(products, self.order)

@@ -41,6 +41,7 @@ from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, typeset
 
 _PAD = 0.1 * CM  # inches around each panel with its labels, and around the page
 _PASSES = 2  # layouts before the last, as ticks depend on the heights of panels
+_INVISIBLE = 1e-6  # inches that panels may miss of their heights
 _LEFT, _RIGHT = 1.45 * CM, 0.3 * CM  # inches beside panels, before their labels are measured
 _LEGEND_BELOW, _LEGEND_ABOVE, _LEGEND_BESIDE = 29, 4, 6  # points between a panel and its legend
 LETTER_ROOM = 12  # points above a panel that its letter takes: the offset of a legend there
@@ -158,9 +159,12 @@ def fit(figure: Figure, grid: GridSpecBase) -> None:
             title.set_x(min(left, _LEFT / figure.get_figwidth()))
         tall, (axes, spec) = figure.get_figheight(), panels[0]
         wanted = ratios[spec.get_topmost_subplotspec().rowspan].sum()
-        missing = 1.0 - axes.get_position().height * tall / wanted
-        figure.set_figheight(tall + missing * ratios.sum())
-    engine.execute(figure)
+        missing = ratios.sum() * (1.0 - axes.get_position().height * tall / wanted)
+        if abs(missing) < _INVISIBLE:
+            break
+        figure.set_figheight(tall + missing)
+    else:
+        engine.execute(figure)
     figure.set_layout_engine("none")
 
 

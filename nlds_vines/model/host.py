@@ -15,10 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
-import scipy.linalg
-import scipy.sparse
-import scipy.sparse.linalg
+import scipy  # whose modules are loaded when they are first used: systems of one mass need none
 from numpy.typing import ArrayLike
 
 from nlds_vines.archives.representation import Outlined, Rows
@@ -443,7 +440,9 @@ class Host(Outlined):
                 row = self.row(dof)
                 load = row - self.M @ (vectors @ (vectors.T @ row))
                 if scipy.sparse.issparse(stiffness):
-                    shape = scipy.sparse.linalg.spsolve(stiffness.tocsc(), load)
+                    from scipy.sparse.linalg import spsolve
+
+                    shape = spsolve(stiffness.tocsc(), load)
                 else:
                     shape = scipy.linalg.solve(stiffness, load, assume_a="pos")
                 norm = np.sqrt(shape @ (self.M @ shape))
@@ -824,9 +823,11 @@ def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     Each phi has a modal mass of 1 kg, and its largest component is positive.
     """
     if scipy.sparse.issparse(K):
+        from scipy.sparse.linalg import eigsh
+
         # the shift is negative, so that a structure that moves freely has a factorization
         shift = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
-        squares, vectors = scipy.sparse.linalg.eigsh(K, count, M, sigma=shift)
+        squares, vectors = eigsh(K, count, M, sigma=shift)
         order = np.argsort(squares)
         squares, vectors = squares[order], vectors[:, order]
     else:

@@ -36,6 +36,15 @@ class Scratch(NamedTuple):
     polynomial: Any  # the table of a piece of motion, of which r alone is filled (`touch`)
 
 
+class Sides(NamedTuple):
+    """What a flight needs of `Walls`: bare rows alone, whose passing on costs nothing."""
+
+    number: int
+    links: Any
+    signs: Any
+    gaps: Any
+
+
 @jit
 def advance(body, grid, level, columns, out):
     """Write the state at the end of a cell to `out`; columns: `Scratch.columns`."""
@@ -108,13 +117,13 @@ def bound_of(body, grid, link, y, gaps, drive):
 
 
 @jit
-def is_clear(walls, wall, gap, h, gaps, places, fourth):
-    """Return True if r is proven not to rise to `gap` in a piece of a cell, on the side of a wall.
+def is_clear(sign, gap, h, gaps, places, fourth):
+    """Return True if sign r is proven not to rise to `gap` in a piece of a cell.
 
     h [s]: its length; places: in `gaps`, those of the link's r and s at its ends; fourth: the bound
     of r'''' times h^4. A start at the gap that moves away is clear.
     """
-    (at, end), sign = places, walls.signs[wall]
+    at, end = places
     f0, f1 = sign * gaps[at], sign * gaps[end]
     g0, g1 = sign * gaps[at + 1] * h, sign * gaps[end + 1] * h
     if highest(f0, f1, g0, g1, fourth) < gap:
@@ -124,20 +133,20 @@ def is_clear(walls, wall, gap, h, gaps, places, fourth):
 
 
 @jit
-def are_clear(walls, clearance, level, grid, gaps, links, places):
+def are_clear(sides, clearance, level, grid, gaps, links, places):
     """Return True if all walls are proven clear in a piece of a cell, as long as one of a level.
 
     places: (AT_BEGIN, AT_END) or others, its ends.
     """
     (begin, end), h, proven = places, grid.h * (1 << (grid.levels - level)), True
     h2 = h * h
-    for wall in range(walls.number):
-        link, gap = walls.links[wall], walls.gaps[wall]
+    for wall in range(sides.number):
+        link, gap = sides.links[wall], sides.gaps[wall]
         if clearance is not None:
             gap -= clearance[0]
         at, fourth = 2 * link, gaps[OF_FOURTH * links + link] * (h2 * h2)
         ends = begin * links + at, end * links + at
-        proven = proven and is_clear(walls, wall, gap, h, gaps, ends, fourth)
+        proven = proven and is_clear(sides.signs[wall], gap, h, gaps, ends, fourth)
     return proven
 
 
@@ -219,7 +228,7 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, state):
     """
     j, x = begun
     links, gaps, end, y, N = body.links, scratch.gaps, scratch.end, scratch.columns, 2 * body.size
-    drive = from_place(y, N)
+    drive, sides = from_place(y, N), Sides(walls.number, walls.links, walls.signs, walls.gaps)
     for i in range(N):
         y[i] = state[i]
     has_gaps = False  # whether those at the beginning are of the state y
@@ -235,15 +244,15 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, state):
             for link in range(links):
                 gaps[OF_FOURTH * links + link] = bound_of(body, grid, link, y, gaps, drive)
             look_ahead(body, grid, level, y, gaps, AT_END)
-            proven = are_clear(walls, clearance, level, grid, gaps, links, (AT_BEGIN, AT_END))
+            proven = are_clear(sides, clearance, level, grid, gaps, links, (AT_BEGIN, AT_END))
             while not proven and level < grid.levels:
                 # a cell is clear if both halves are, otherwise its first half is the next cell
                 look_ahead(body, grid, level + 1, y, gaps, AT_MIDDLE)
                 half = level + 1
-                first = are_clear(walls, clearance, half, grid, gaps, links, (AT_BEGIN, AT_MIDDLE))
+                first = are_clear(sides, clearance, half, grid, gaps, links, (AT_BEGIN, AT_MIDDLE))
                 if first:
                     ends = AT_MIDDLE, AT_END
-                    proven = are_clear(walls, clearance, half, grid, gaps, links, ends)
+                    proven = are_clear(sides, clearance, half, grid, gaps, links, ends)
                 if not proven:
                     level, proven = half, first
                     for i in range(2 * links):
@@ -258,12 +267,12 @@ def fly(body, grid, walls, scratch, clearance, begun, stop, state):
                 continue
         # a smallest cell, from place x on
         first, touched = 1.0 - x, FLOWN
-        for wall in range(walls.number):
-            expand_r(body, grid, walls.links[wall], y, scratch.polynomial)
+        for wall in range(sides.number):
+            expand_r(body, grid, sides.links[wall], y, scratch.polynomial)
             if clearance is not None:
-                note_miss(walls, wall, clearance, first, scratch.polynomial, False)
+                note_miss(sides, wall, clearance, first, scratch.polynomial, False)
                 continue
-            place = touch_in(walls, wall, first, scratch.polynomial)
+            place = touch_in(sides, wall, first, scratch.polynomial)
             if place == LOST:
                 return LOST_TOUCH, j, x
             if place < first or (place == first and touched == FLOWN):

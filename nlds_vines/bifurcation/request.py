@@ -67,7 +67,7 @@ def state_scales(count: int) -> Iterator[Scale]:
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
-_OF = "displacement whose response is recorded; a-b: that of a minus that of b"
+OF = "displacement whose response is recorded; a-b: that of a minus that of b"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "spectra_agree": KEPT,
@@ -416,7 +416,7 @@ class Scan(Request):
                 for dim, names, words in (
                     ("damper", scene.dampers, "name of the damper"),
                     ("wall", struck(scene), "what is struck"),
-                    ("displacement", self.of, _OF),
+                    ("displacement", self.of, OF),
                 )
                 if names
             ),

@@ -28,7 +28,7 @@ from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import FORM as SCAN_FORM
-from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.bifurcation.request import OF, Scan, load_scan
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
 from nlds_vines.cli.running import RunOptions
@@ -80,7 +80,7 @@ from nlds_vines.plotting.style import HUES
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
-CASE, WALL = "case", "wall"  # dimensions
+CASE, WALL, PLACE = "case", "wall", "displacement"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
 CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
@@ -91,7 +91,9 @@ SHOWN = tuple(
     for entry in QUANTITIES
     if {"energy", "response"} & {*entry.record} and entry.dtype == "float64"
 )
-"""The quantities that can be drawn: the largest energies, and the response quantities."""
+"""The quantities that can be drawn: the largest energies, and the response quantities.
+
+Those of a displacement of a host are named with it, `x_max:roof`."""
 
 _DEFAULTS: Document = {
     "vary": {"omega": {"start": 4.5, "stop": 8.0, "num": 351}},
@@ -113,10 +115,26 @@ def _in_words(settings: Mapping[str, Any] | None) -> str:
     return ", ".join(setting_in_words(*item) for item in flat(settings or {}).items())
 
 
+def _checked_show(value: object) -> tuple[str, ...]:
+    words = () if isinstance(value, str) or not isinstance(value, Sequence) else value
+    of_hosts = [one for one in words if isinstance(one, str) and _quantity(one) in SHOWN]
+    return checked_words("show", value, dict.fromkeys([*SHOWN, *of_hosts]))
+
+
+def _quantity(shown: str) -> str:
+    return shown.partition(":")[0]
+
+
 def numbers_of_orbits(scan: Scan) -> dict[str, Dataset]:
-    """Return the datasets of a scan with one value for each orbit, or for each wall."""
+    """Return the datasets of a scan with one value for each orbit, wall, or displacement."""
     datasets = scan.table.datasets.items()
-    return {name: entry for name, entry in datasets if {*entry.tail} <= {WALL}}
+    return {name: entry for name, entry in datasets if {*entry.tail} <= {WALL, PLACE}}
+
+
+def _recorded(scan: Scan) -> Iterator[str]:
+    """Yield the names by which the `numbers_of_orbits` of a scan are shown."""
+    for name, entry in numbers_of_orbits(scan).items():
+        yield from (f"{name}:{one}" for one in scan.of) if PLACE in entry.tail else (name,)
 
 
 @dataclass(frozen=True)
@@ -199,10 +217,10 @@ class CurveRequest(Request):
         option="--manifold",
     )  # fmt: skip
     show: tuple[str, ...] = setting(
-        (ENERGY,), Checked(lambda value: checked_words("show", value, SHOWN), listed=True),
+        (ENERGY,), Checked(_checked_show, listed=True),
         "figure", "what is drawn, a panel for each: the largest energies, or response "
-        "quantities such as x1_max, v1_rms, stroke_max, force_max, transmissibility, see "
-        "[Datasets](datasets.md)",
+        "quantities such as x1_max, v1_rms, stroke_max, force_max, transmissibility, of a host "
+        "`x_max:roof`, see [Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
         option="--show",
     )  # fmt: skip
@@ -225,10 +243,13 @@ class CurveRequest(Request):
                     f"start = {shown(start.policy)} begins {start.orbits} orbits at each value; "
                     f"allowed: {', '.join(CURVE_STARTS)}"
                 )
-        recorded = {name for case in self.cases for name in numbers_of_orbits(case.scan)}
+        if len(different := {case.scan.of for case in self.cases if case.scan.of}) > 1:
+            text = " and of ".join(", ".join(of) for of in sorted(different))
+            raise RequestError(f"curves record the response of {text}: all need the same `of`")
+        recorded = dict.fromkeys(name for case in self.cases for name in _recorded(case.scan))
         for name in self.show:
             if name not in recorded:
-                allowed = ", ".join(word for word in SHOWN if word in recorded)
+                allowed = ", ".join(word for word in recorded if _quantity(word) in SHOWN)
                 raise RequestError(f"show = {shown(name)}: no curve has it; allowed: {allowed}")
         if not self.manifold:
             return
@@ -300,6 +321,7 @@ class CurveRequest(Request):
             DESCRIBED[self.axis].scale(self.values),
             Scale("start", starts, "1", "start of the orbit"),
             Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
+            *(Scale(PLACE, np.array(of), "1", OF) for of in {scan.of for scan in self.scans} if of),
         ]
 
     def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
@@ -399,8 +421,11 @@ def load_curves(
     shared = {key: document.document[key] for key in keys if key in document.document}
     want = shared.get("record", {}).get("want", USUAL)
     if isinstance(want, Sequence) and not isinstance(want, str):  # else the scan refuses it
-        needed = ["energy", *(BY_NAME[name].record[0] for name in look.get("show", ()))]
+        show = look.get("show", ())
+        needed = ["energy", *(BY_NAME[_quantity(name)].record[0] for name in show)]
         want = list(dict.fromkeys([*want, *needed]))
+        if of := list(dict.fromkeys(name.partition(":")[2] for name in show if ":" in name)):
+            shared["record"] = {"of": of, **shared.get("record", {})}
     shared["record"] = {**shared.get("record", {}), "want": want}
     panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
     cases: list[Case] = []
@@ -451,15 +476,24 @@ def without_damper(system: AnySystem) -> Any:
     return System("none", values, title=catalog()["none"].title, fixed_ratios=fixed)
 
 
+def _has(system: AnySystem, displacements: Sequence[str]) -> bool:
+    """Return False if one of the displacements is that of a damper which a host has not."""
+    try:
+        return not isinstance(system, HostSystem) or bool(system.displacements(displacements))
+    except RequestError:
+        return False
+
+
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers."""
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
     for scan in (case.scan for case in request.cases):
         bare = without_damper(scan.system)
         if scan.system.scene.damper and request.axis in bare.scene.allowed:
-            has = ("energy",) if isinstance(bare, HostSystem) else ("energy", "response")
+            of = scan.of if _has(bare, scan.of) else ()
+            has = ("energy", "response") if of == scan.of else ("energy",)
             want = tuple(word for word in has if word in scan.want)
-            scan = replace(scan, title=bare.heading(), system=bare, want=want, of=())
+            scan = replace(scan, title=bare.heading(), system=bare, want=want, of=of)
             if scan.hash not in there:
                 alone[scan.hash] = scan
     cases = [
@@ -478,7 +512,8 @@ class ResponseCurve(Outlined):
 
     name: str  # of the case
     case: Case  # its scan, and the look of its curve
-    numbers: Mapping[str, np.ndarray]  # (n, starts) by quantity; of two walls the larger value
+    # (n, starts) by quantity; of two walls the larger value; of a host `x_max:roof`
+    numbers: Mapping[str, np.ndarray]
     alone: np.ndarray | None = None  # (n,) E1max of the structure alone, if there is a damper
 
     def outline(self) -> Rows:
@@ -593,9 +628,13 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
     dims = ("case", request.axis, "start")
     curves = []
     for i, (name, case) in enumerate(zip(request.names, request.cases, strict=True)):
-        numbers = {key: view[key][i] for key in view.names if view.dims(key)[:3] == dims}
-        for key, values in numbers.items():
-            numbers[key] = np.fmax.reduce(values, axis=-1) if values.ndim > 2 else values
+        numbers: dict[str, np.ndarray] = {}
+        for key in (key for key in view.names if view.dims(key)[:3] == dims):
+            values, tail = view[key][i], view.dims(key)[3:]
+            if PLACE in tail:
+                numbers |= {f"{key}:{one}": values[..., j] for j, one in enumerate(view[PLACE])}
+            else:
+                numbers[key] = np.fmax.reduce(values, axis=-1) if tail else values
         curves.append(ResponseCurve(name, case, numbers))
     for i, curve in enumerate(curves):
         alone = _energy_alone(curve.case.scan, curves)
@@ -751,7 +790,7 @@ main = commands.of_task(
         ),
     ),
     (Scan, CurveRequest),
-    but=("want", "effort", "signals", "of"),
+    but=("want", "effort", "signals"),
     usual=SAMPLING,
     description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,

@@ -85,13 +85,17 @@ def axis_label(parameter: str) -> str:
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded quantity.
 
-    A quantity without a label in `model.quantities` is labeled by the first clause of its
-    `long_name`.  `body` is the word for the forced body.
+    Behind the symbol stands the part of a host or the signal, of `x_max:roof`. A quantity without a
+    label in `model.quantities` is labeled by the first clause of its `long_name`. `body` is the
+    word for the forced body.
     """
+    name, _, part = name.partition(":")
     meaning, symbol = COORDINATES.get(name, ("", ""))
     if name in BY_NAME:
         meaning, symbol = BY_NAME[name].label, BY_NAME[name].symbol
     meaning = (meaning or clause(long_name) or name).replace(STRUCTURE, body)
+    if part:
+        meaning, symbol = f"{labeled(meaning, in_latex(symbol), '1')}, {part}", ""
     return labeled(meaning, in_latex(symbol), unit)
 
 

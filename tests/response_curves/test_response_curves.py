@@ -381,7 +381,7 @@ def test_kinds_as_hosts_have_their_curves_and_reductions(tmp_path):
 
 
 @pytest.mark.kernels
-def test_a_frame_without_dampers_has_its_energy_in_closed_form():
+def test_a_frame_without_dampers_has_its_energy_and_displacements_in_closed_form(tmp_path):
     frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
     cells = [
         nv.Damper(name, "roof", m=300.0, k=500.0, c=60.0, walls=[nv.Wall(0.01, K=3e7)])
@@ -389,10 +389,14 @@ def test_a_frame_without_dampers_has_its_energy_in_closed_form():
     ]
     drive = {"force": {"roof": 1500.0, "floor1": 300.0}, "omega": 12.6}
     systems = [nv.System.from_host(frame, cells[:count], **drive, name="ab") for count in (1, 2)]
-    curves = nv.response_curves(systems, vary={"omega": [12.0, 12.6, 35.0]}, quiet=True)
+    show = ["E1max", "x_max:roof", "a_max:roof-floor2"]
+    request = {"vary": {"omega": [12.0, 12.6, 35.0]}, "figure": {"show": show}}
+    curves = nv.response_curves(systems, to=tmp_path / "a.h5", quiet=True, **request)
     alone, *damped = curves.curves
-    for omega, energy in zip(alone.values, alone.E1max, strict=True):
+    for i, (omega, energy) in enumerate(zip(alone.values, alone.E1max, strict=True)):
         X = frame.frequency_response(omega, force=drive["force"])
+        assert alone["x_max:roof"][i] == pytest.approx(abs(X[2]), rel=1e-9)
+        assert alone["a_max:roof-floor2"][i] == pytest.approx(omega**2 * abs(X[2] - X[1]), rel=1e-9)
         mean = omega**2 * (X.conj() @ frame.M @ X) + X.conj() @ frame.K @ X
         swing = X @ frame.K @ X - omega**2 * (X @ frame.M @ X)
         assert energy == pytest.approx((mean.real + abs(swing)) / 4, rel=1e-9)
@@ -401,3 +405,31 @@ def test_a_frame_without_dampers_has_its_energy_in_closed_form():
         assert curve.peak_reduction == 1.0 - curve.peak / alone.peak
     assert ["E2max" in curve.numbers for curve in damped] == [True, True]
     assert np.isnan(damped[1]["E2max"]).all()  # of each of two dampers: along no one curve
+    of = ["roof", "roof-floor2"]
+    sampling = {"periods": 240, "transient": 600, "of": of, "quiet": True}
+    for system, curve in zip(systems, damped, strict=True):
+        orbit = nv.simulate(system, record=["energy", "response"], **sampling)
+        assert curve["x_max:roof"][1] == orbit.response["roof"]["x_max"]
+        assert curve["a_max:roof-floor2"][1] == orbit.response["roof-floor2"]["a_max"]
+    labels = [axes.get_ylabel() for axes in nv.plot(tmp_path / "a.h5").axes]
+    assert labels[1:3] == [
+        "largest displacement, roof [m]", "largest absolute acceleration, roof-floor2 [m/s$^{2}$]"
+    ]  # fmt: skip
+
+
+def test_displacements_of_hosts_are_named_or_refused(error_of):
+    frame = nv.shear_frame([1e4] * 2, [8e6] * 2)
+    cell, other = (nv.Damper("a", place, m=300.0, k=5e4) for place in frame.dofs)
+    one, two = (
+        nv.System.from_host(frame, [it], force={"roof": 1.0}, omega=9.0) for it in (cell, other)
+    )
+
+    def error(systems, *show, **record):
+        tables = {"figure": {"show": show}, "record": record}
+        return error_of(nv.response_curves, systems, vary={"omega": [9.0]}, **tables)
+
+    assert "no curve has it; allowed: E1max, E2max, x_max:roof, x_rms" in error([two], "x_max")
+    assert "unknown displacement 'attic'; allowed: floor1, roof, a" in error([one], "x_max:attic")
+    assert "no curve has it" in error([one], "x_max:roof", of=["floor1"])
+    assert "of floor1 and of roof" in error([one, two], "E1max", want=["response"])
+    assert "unknown show 'xmax:roof'; allowed: E1max" in error([one], "xmax:roof")

@@ -24,7 +24,7 @@ from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.plotting.bands import drawable, is_list
-from nlds_vines.plotting.style import body_of, quantity_label, raised, setting_label, signal_symbol
+from nlds_vines.plotting.style import body_of, quantity_label, setting_label, signal_symbol
 
 SIGNAL = "signal"  # the dimension along which spectral quantities differ in their signal
 PARTS = ("damper", "displacement")  # those along which quantities of hosts differ in the part
@@ -46,11 +46,10 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        if self.index.keys().isdisjoint((SIGNAL, *PARTS)):
-            return quantity_label(self.name, self.units, self.long_name, self.body)
-        meaning, which = quantity_label(self.dataset, "1", self.long_name), self.name.split(":")[1]
-        unit = "" if self.units == "1" else f" [{raised(self.units)}]"
-        return f"{meaning}, {signal_symbol(which) if SIGNAL in self.index else which}{unit}"
+        name = self.name
+        if SIGNAL in self.index:
+            name = f"{self.dataset}:{signal_symbol(name.split(':')[1])}"
+        return quantity_label(name, self.units, self.long_name, self.body)
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
         """Return its values (..., starts, values per orbit), NaN if missing; `at` fixes axes."""

@@ -125,7 +125,7 @@ def draw_curves(
 
 def panels_of(request: CurveRequest) -> dict[str, str]:
     """Return the meaning of each panel by name: quantities, or a, b ...; the reduction."""
-    words = {name: BY_NAME[name].title(request.body) for name in request.show}
+    words = {name: _title(name, request.body) for name in request.show}
     if len(request.panels) > 1:
         title = words[request.show[0]]
         return {letter(i)[1:-1]: one.title or title for i, one in enumerate(request.panels)}
@@ -133,6 +133,11 @@ def panels_of(request: CurveRequest) -> dict[str, str]:
         words = {"energies": "largest energies"}
     is_damped = any(case.scan.system.scene.damper for case in request.cases)
     return words | ({REDUCTION: "reduction by each damper"} if is_damped else {})
+
+
+def _title(shown: str, body: str) -> str:
+    name, _, part = shown.partition(":")
+    return ", ".join(filter(None, (BY_NAME[name].title(body), part)))
 
 
 def usual_of(request: CurveRequest) -> list[str]:
@@ -176,7 +181,8 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
             _draw_curve(frame, curve, numbers[shown], look | {"linewidth": width}, start)
         if with_damper and "E2max" in numbers and curve.case.scan.system.scene.damper:
             _draw_curve(frame, curve, numbers["E2max"], look | {"linestyle": _DOTTED})
-    up = quantity_label(shown, BY_NAME[shown].unit, BY_NAME[shown].words, request.body)
+    quantity = BY_NAME[shown.partition(":")[0]]
+    up = quantity_label(shown, quantity.unit, quantity.words, request.body)
     if with_damper:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)

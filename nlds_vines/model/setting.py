@@ -38,10 +38,11 @@ from nlds_vines.model.catalog import (
     any_system_from,
     load_system,
     request_path,
+    without_hosts,
 )
 from nlds_vines.model.parameters import flat
 from nlds_vines.model.ratios import meant_by
-from nlds_vines.model.system import refuse_contradiction
+from nlds_vines.model.system import System, refuse_contradiction
 
 Made = TypeVar("Made")
 Taken = TypeVar("Taken", bound=AnySystem)
@@ -414,6 +415,11 @@ class Merged:
             return None
         with at(self.origin("samples")):
             return samples_of(self.document["samples"])
+
+    def system(self) -> System:
+        """Return `any_system`; refuse a host."""
+        with at(self.origin("system")):
+            return without_hosts(self.any_system())
 
     def any_system(self, default: str | None = None, *, needs_force: bool = True) -> AnySystem:
         """Return the system that the uppermost layer names, without [set]."""

@@ -17,7 +17,8 @@ from ..motion.flight import ORDER
 from ..numerics.compiling import jit
 from ..numerics.fours import four, four_at, sum_of
 
-MOVED = 2.1e-16  # 0.7^16 / 16!: rest of a move over the longest cell, relative to the state
+# rest of a move, relative to the state: that of the longest cell, 0.7^16 / 16!, is below it
+MOVED = 2.1e-16
 
 
 class Body(NamedTuple):

@@ -116,6 +116,7 @@ def _in_words(settings: Mapping[str, Any] | None) -> str:
 
 
 def _checked_show(value: object) -> tuple[str, ...]:
+    """Return the words of `show`; whether a host has the displacement of one, its scan checks."""
     words = () if isinstance(value, str) or not isinstance(value, Sequence) else value
     of_hosts = [one for one in words if isinstance(one, str) and _quantity(one) in SHOWN]
     return checked_words("show", value, dict.fromkeys([*SHOWN, *of_hosts]))
@@ -477,7 +478,7 @@ def without_damper(system: AnySystem) -> Any:
 
 
 def _has(system: AnySystem, displacements: Sequence[str]) -> bool:
-    """Return False if one of the displacements is that of a damper which a host has not."""
+    """Return False if one of the displacements is that of a damper that the system lacks."""
     try:
         return not isinstance(system, HostSystem) or bool(system.displacements(displacements))
     except RequestError:

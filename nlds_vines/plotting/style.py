@@ -85,7 +85,7 @@ def axis_label(parameter: str) -> str:
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded quantity.
 
-    Behind the symbol stands the part of a host or the signal, of `x_max:roof`. A quantity without a
+    The part of a host in `x_max:roof`, or a signal, stands behind the symbol. A quantity without a
     label in `model.quantities` is labeled by the first clause of its `long_name`. `body` is the
     word for the forced body.
     """

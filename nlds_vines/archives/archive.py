@@ -208,6 +208,7 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
 
     try:
         file = h5py.File(source, "r")
+        refuse_links(path, file)
         return ArchiveView(path, file)
     except RequestError:
         file.close()
@@ -600,6 +601,50 @@ def _any_hdf5(path: Path) -> Iterator[h5py.File]:
     try:
         open_regular(path).close()
         with h5py.File(path, "r") as file:
+            refuse_links(path, file)
             yield file
+    except RequestError:
+        raise
     except _DAMAGE as error:
         raise RequestError(f"{path}: cannot be read as HDF5: {_first_line(error)}") from None
+
+
+def refuse_links(path: Path, file: h5py.File) -> None:
+    """Raise `RequestError` unless every dataset of an HDF5 file lies in the file itself.
+
+    An external link, a virtual dataset or external storage lets HDF5 open any file of the user,
+    whose content would then be shown and stored, or a pipe, for which it would wait for ever.
+    Nothing is opened here that could do so: links are looked at before they are followed.
+    """
+    import h5py
+
+    words = {h5py.h5l.TYPE_SOFT: "a soft link", h5py.h5l.TYPE_EXTERNAL: "an external link"}
+    groups = [h5py.h5g.open(file.id, b"/")]
+    visited = {h5py.h5o.get_info(groups[0]).addr}
+    while groups:
+        group = groups.pop()
+        for name in group:
+            kind = group.links.get_info(name).type
+            if kind != h5py.h5l.TYPE_HARD:
+                raise _leads_away(path, name, words.get(kind, "a link of a foreign kind"))
+            entry = h5py.h5o.open(group, name)
+            address = h5py.h5o.get_info(entry).addr
+            if address in visited:
+                continue
+            visited.add(address)
+            if isinstance(entry, h5py.h5g.GroupID):
+                groups.append(entry)
+            elif isinstance(entry, h5py.h5d.DatasetID):
+                creation = entry.get_create_plist()
+                if creation.get_layout() == h5py.h5d.VIRTUAL:
+                    raise _leads_away(path, name, "a virtual dataset")
+                if creation.get_external_count():
+                    raise _leads_away(path, name, "a dataset with external storage")
+
+
+def _leads_away(path: Path, name: bytes, what: str) -> RequestError:
+    shown_name = shown(name.decode("utf-8", "replace"))
+    return RequestError(
+        f"{path}: {shown_name} is {what}, which may lead to any file; allowed: datasets that lie in "
+        "the file itself"
+    )

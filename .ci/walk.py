@@ -2,12 +2,14 @@
 """Does what pages tell a reader to do, word for word and in order, in the current folder.
 
     .ci/walk.py README.md docs/tutorial.md
+    .ci/walk.py README.md:1-2
 
-Commands stand in ```sh blocks, and run in one shell for each page.  Python (```python) runs as a
-program of its own, and must print what the ```text block after it shows.  Each line of a ```console
-block must occur in what the commands above it have printed.  A ```toml block after "Save this as
-`NAME`" becomes that file.  Anything that fails, and a command that changes a file which an earlier
-one has written, ends the walk with status 1.  It needs nothing but Python.
+The second line takes two steps of a page alone, counted from 1.  Commands stand in ```sh blocks,
+and run in one shell for each page.  Python (```python) runs as a program of its own, and must print
+what the ```text block after it shows.  Each line of a ```console block must occur in what the
+commands above it have printed.  A ```toml block after "Save this as `NAME`" becomes that file.
+Anything that fails, and a command that changes a file which an earlier one has written, ends the
+walk with status 1.  It needs nothing but Python.
 """
 
 from __future__ import annotations
@@ -98,10 +100,13 @@ def run_python(shell: Shell, program: str, shown: str) -> str:
     return printed
 
 
-def walk(page: Path) -> None:
-    """Take all steps of a page."""
+def walk(page: Path, chosen: slice) -> None:
+    """Take the chosen steps of a page."""
     shell, printed = Shell(), ""
-    for kind, what, more in steps(page.read_text(encoding="utf-8")):
+    taken = [*steps(page.read_text(encoding="utf-8"))][chosen]
+    if not taken:
+        fail(f"{page} has no such step")
+    for kind, what, more in taken:
         before, begin = written(), time.monotonic()
         if kind == "shown":
             if what not in printed:
@@ -124,7 +129,16 @@ def walk(page: Path) -> None:
         print(f"  ({time.monotonic() - begin:.0f} s)", flush=True)
 
 
+def chosen_steps(span: str) -> slice:
+    """Return the steps that `3` or `1-2` names; all for an empty text."""
+    if not span:
+        return slice(None)
+    first, _, last = span.partition("-")
+    return slice(int(first) - 1, int(last or first))
+
+
 if __name__ == "__main__":
     for argument in sys.argv[1:]:
         print(f"-- {argument}", flush=True)
-        walk(Path(argument))
+        name, _, span = argument.partition(":")
+        walk(Path(name), chosen_steps(span))

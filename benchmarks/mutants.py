@@ -163,10 +163,12 @@ def main(argv: list[str] | None = None) -> int:
     began, alive = time.perf_counter(), 0
     with tempfile.TemporaryDirectory(prefix="mutants-") as place:
         folder = Path(place).resolve()
-        ignored = shutil.ignore_patterns("__pycache__", "archives")
+        made = "__pycache__", "_build", "_gallery"  # where other processes may write
+        ignored = shutil.ignore_patterns(*made, "archives")
         for path in (CHECKOUT / name for name in COPIED if (CHECKOUT / name).exists()):
             if path.is_dir():
-                ignore = None if path.name == "nlds_vines" else ignored
+                is_package = path.name == "nlds_vines"  # whose archives are code
+                ignore = shutil.ignore_patterns(*made) if is_package else ignored
                 shutil.copytree(path, folder / path.name, ignore=ignore)
             else:
                 shutil.copy(path, folder / path.name)

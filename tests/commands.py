@@ -39,7 +39,7 @@ def printed(*words, **where):
 
 def changed(folder, change):
     """Copy the package into a folder and apply `tests/changes/CHANGE.diff` there."""
-    ignored = shutil.ignore_patterns("__pycache__", "_build")
+    ignored = shutil.ignore_patterns("__pycache__", "_build", "_gallery")
     for name in ("nlds_vines", "data", "scans", "docs"):
         shutil.copytree(REPO / name, folder / name, ignore=ignored)
     diff = REPO / "tests" / "changes" / f"{change}.diff"

@@ -69,7 +69,8 @@ def test_arrows_point_down_and_in_no_circle():
 
 @pytest.fixture
 def copy(tmp_path):
-    return Path(shutil.copytree(PACKAGE, tmp_path / PACKAGE.name))
+    ignored = shutil.ignore_patterns("__pycache__")  # where other processes write
+    return Path(shutil.copytree(PACKAGE, tmp_path / PACKAGE.name, ignore=ignored))
 
 
 LATE = "def late():\n    from nlds_vines.{0} import {1}\n"

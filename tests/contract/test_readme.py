@@ -49,10 +49,11 @@ def loaded(path):
     return module
 
 
+gate = loaded(ROOT / ".ci" / "run")
 walk = loaded(ROOT / ".ci" / "walk.py")
 reference = loaded(DOCS / "site" / "reference.py")
 kinds = loaded(DOCS / "site" / "kinds.py")
-WALKED = ("README.md", "docs/tutorial.md")
+TUTORIAL = "docs/tutorial.md"  # which the gate walks, beside the README
 
 RUN = (
     "archive.md", "python.md", "branches.md", "hosts.md", "loads-in-time.md", "response-curves.md",
@@ -249,13 +250,45 @@ def test_all_of_python_is_told_with_its_docstrings():
 
 
 def test_the_gate_walks_the_readme_and_the_tutorial():
-    gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    for page in WALKED:
-        assert re.search(rf"^\.ci/walk\.py {page}", gate, re.MULTILINE), page
-    lines = [line for kind, line, _ in walk.steps(text_of("../README.md")) if kind == "sh"]
-    assert lines[0].startswith("python3 -m venv ")
-    assert any("-m pytest" in line for line in lines)
-    assert any("-m sphinx -W" in line for line in lines)
+    """Every step of the README once, each in the section of its name; the tutorial as a whole."""
+    assert TUTORIAL in gate.TUTORIAL
+    steps = [*walk.steps(README.read_text(encoding="utf-8"))]
+    taken = {
+        section.name: [line for _, line, _ in steps[walk.chosen_steps(span)]]
+        for section in gate.SECTIONS
+        for span in re.findall(r"walk\.py README\.md:([\d-]+)", section.commands)
+    }
+    assert [line for lines in taken.values() for line in lines] == [line for _, line, _ in steps]
+    assert taken["first commands of the README"][0].startswith("python3 -m venv .venv ")
+    assert ".[test,docs]" in taken["environment of the tests"][0]
+    assert taken["default tests"] == [".venv-test/bin/python -m pytest"]
+    assert "-m sphinx -W" in taken["site"][0]
+
+
+def test_a_section_of_the_gate_waits_for_others_that_stand_above_it():
+    names = [section.name for section in gate.SECTIONS]
+    assert len(set(names)) == len(names)
+    for place, section in enumerate(gate.SECTIONS):
+        assert {*section.after} <= {*names[:place]}, section.name
+
+
+def test_a_red_gate_names_the_tests_and_what_repeats_them(tmp_path, capsys):
+    """Tests with and without the compiler; the last command of a walk, if it ran no tests."""
+    (tmp_path / "log").mkdir()
+    red = "echo 'FAILED tests/a.py::test[x y] - assert 1'; echo 'E   FAILED tests/plain_b.py::test'"
+    for commands, expected in (
+        (f"{red}; exit 1", ["'tests/a.py::test[x y]'", "NUMBA_DISABLE_JIT=1", "tests/plain_b.py"]),
+        ("echo '$ make all'; echo wrong; exit 3", ["wrong", "repeat: make all"]),
+        ("echo '$ one'; echo '  (7 s)'; echo '5 passed in 1 s'", ["passed: a name", "5 passed"]),
+    ):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(gate, "SECTIONS", (gate.Section("a name", commands),))
+            stopped = pytest.raises(SystemExit) if "exit" in commands else contextlib.nullcontext()
+            with stopped:
+                gate.run_all(tmp_path, tmp_path)
+        printed = capsys.readouterr().out
+        last = printed.partition("FAILED: a name")[2] if "exit" in commands else printed
+        assert all(text in last for text in expected), printed
 
 
 def test_a_walk_notices_what_goes_wrong(tmp_path):

@@ -23,7 +23,6 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.archives.files import read_toml
 from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.blocks import refuse_without_room
@@ -43,7 +42,7 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.catalog import AnySystem, any_system, catalog, request_path
+from nlds_vines.model.catalog import AnySystem, any_system, catalog, read_request
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import (
@@ -385,7 +384,7 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     is_document = isinstance(source, CurveRequest | Mapping)
     if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
         # without curves, the file describes a system
-        is_document = "curves" in read_toml(request_path(str(source)))
+        is_document = "curves" in read_request(source)
     document: Any = source if is_document else _DEFAULTS
     if not is_document and not systems:
         listed = source if isinstance(source, list | tuple) else [source]

@@ -107,7 +107,7 @@ def response_history(
         tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
     if (of := above.pop("of", None)) is not None:
-        above["sampling"] = {**above.get("sampling", {}), "of": [of] if isinstance(of, str) else of}
+        above["record"] = {**above.get("record", {}), "of": [of] if isinstance(of, str) else of}
     for key, name, value in (("load", "impulse", impulse), ("sampling", "duration", duration)):
         if value is not None:
             above[key] = {**above.get(key, {}), name: value}

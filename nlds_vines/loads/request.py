@@ -120,7 +120,7 @@ class HistoryRequest(Request):
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure"
     )
     of: tuple[str, ...] = setting(
-        (), Checked(partial(checked_names, "of"), listed=True), "sampling",
+        (), Checked(partial(checked_names, "of"), listed=True), "record",
         "displacements of a host whose response is reported: a degree of freedom `roof`, a "
         "damper's mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
     )  # fmt: skip
@@ -302,6 +302,7 @@ class HistoryRequest(Request):
             "samples": {},
             "load": self.load.to_table(),
             "start": entries(self, "start"),
+            "record": entries(self, "record"),
             "sampling": entries(self, "sampling"),
         }
         if self.sampled is not None:

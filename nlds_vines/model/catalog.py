@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
@@ -98,7 +99,7 @@ def any_system(
             f"names: {', '.join(catalog())}"
         )
     path = str(Path(source))
-    document = read_toml(request_path(source))
+    document = read_request(source)
     with at(path):
         table("the file", document, FILE_KEYS)
         system = any_system_from(document.get("system"), path, needs_force=needs_force)
@@ -220,6 +221,31 @@ def request_path(source: str | os.PathLike[str]) -> Path:
     packaged = resource_path(path.name)
     is_missing = path.name == os.fspath(source) and not os.path.lexists(path)
     return packaged if is_missing and packaged.is_file() else path
+
+
+# keys of request files whose texts are paths
+_PATHS = re.compile(r"load\.record(\.file)?|samples\.file|systems?(\..*)?\.host\.(file|M|K|C)")
+_NAMES = re.compile(r"systems?|(panels|curves)\.system")  # likewise, or names of the catalog
+
+
+def read_request(source: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the document in a request file; its relative paths count from the file's folder."""
+    path = request_path(source)
+    document: dict[str, Any] = _located(read_toml(path), path.parent)
+    return document
+
+
+def _located(value: Any, folder: Path, key: str = "") -> Any:
+    """Return what stands under a key of a document, with its paths seen from the working folder."""
+    if isinstance(value, Mapping):
+        prefix = f"{key}." if key else ""
+        return {name: _located(one, folder, f"{prefix}{name}") for name, one in value.items()}
+    if isinstance(value, list):
+        return [_located(one, folder, key) for one in value]
+    if not isinstance(value, str) or not value:
+        return value
+    is_path = _PATHS.fullmatch(key) or (_NAMES.fullmatch(key) and looks_like_path(value))
+    return str(folder / value) if is_path else value
 
 
 def figure_files() -> list[Path]:

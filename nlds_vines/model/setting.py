@@ -18,7 +18,7 @@ from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
 
-from nlds_vines.archives.files import read_toml, toml_text
+from nlds_vines.archives.files import toml_text
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import (
     LeftAside,
@@ -37,7 +37,7 @@ from nlds_vines.model.catalog import (
     AnySystem,
     any_system_from,
     load_system,
-    request_path,
+    read_request,
     without_hosts,
 )
 from nlds_vines.model.parameters import flat
@@ -219,7 +219,8 @@ class Request(Outlined):
 
 Document = Mapping[str, Any]  # the content of a TOML file, as nested tables
 
-LENT = ("title", "system", "set", "sampling")  # used even from a file for another kind of request
+# used even from a file for another kind of request
+LENT = ("title", "system", "set", "sampling", "record")
 SHARED = ("start", "search")  # tables with a meaning of their own in each kind of request
 MARKS = (  # keys that only some kinds of request have at the top of their files
     "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "places",
@@ -227,8 +228,10 @@ MARKS = (  # keys that only some kinds of request have at the top of their files
 )  # fmt: skip
 SAMPLING = frozenset(  # all keys of [sampling], of whatever kind of request
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows", "duration", "settle", "of")
+     "period_steps", "samples", "windows", "duration", "settle")
 )  # fmt: skip
+RECORD = frozenset(("want", "of"))  # likewise of [record]; `want` marks a scan
+ELSEWHERE = {("sampling", "of"): "[record]"}  # keys that belong in another table
 
 
 @dataclass(frozen=True)
@@ -297,6 +300,8 @@ class Form:
             for key, value in merged.get(name, {}).items() if settings else ():
                 with at(document.place(name, key)):
                     if key not in settings:
+                        if other := ELSEWHERE.get((name, key)):
+                            raise RequestError(f"{key} = {shown(value)} belongs in {other}")
                         raise unknown("key", key, settings)
                     checked = settings[key].check(key, value)
                     document.values.setdefault(name, {})[key] = checked
@@ -314,25 +319,34 @@ class Form:
             return where or self.kind, source, None
         if not isinstance(source, str | os.PathLike):
             raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
-        where, document = str(source), read_toml(request_path(source))
+        where, document = str(source), read_request(source)
         foreign = [key for key in document if key in (*MARKS, *SHARED) and key not in self.keys]
-        if not foreign:
+        others = {  # keys of other kinds in tables that this kind has as well
+            name: [key for key in document[name] if key in keys and key not in self.tables[name]]
+            for name, keys in (("sampling", SAMPLING), ("record", RECORD))
+            if name in self.tables and isinstance(document.get(name), Mapping)
+        }
+        if others.get("record") and len(others["record"]) == len(document["record"]):
+            foreign.append("record")
+        if not foreign and not others.get("record"):
             return where, document, []
-        ours = any(key in MARKS and key in self.keys for key in document)
+        ours = any(key in MARKS and key in self.keys and self._is_marked(key) for key in document)
         lent = {
             key: value
             for key, value in document.items()
             if key not in foreign and (ours or key in LENT or key not in self.keys)
         }
         left = [f"[{key}]" for key in document if key not in lent]
-        sampling, settings = document.get("sampling"), self.tables.get("sampling")
-        if settings is None:
+        if "sampling" not in self.tables:
             left += ["[sampling]"] if lent.pop("sampling", None) else []
-        elif isinstance(sampling, Mapping):
-            other = [name for name in sampling if name in SAMPLING and name not in settings]
-            lent["sampling"] = {k: v for k, v in sampling.items() if k not in other}
-            left += [f"{name} of [sampling]" for name in other]
+        for name in others.keys() & lent.keys():
+            lent[name] = {k: v for k, v in document[name].items() if k not in others[name]}
+            left += [f"{key} of [{name}]" for key in others[name]]
         return where, lent, left
+
+    def _is_marked(self, key: str) -> bool:
+        """Return True if a table at the top of a file shows that the file is for this kind."""
+        return key != "record" or "want" in self.tables[key]
 
 
 def tables(entries: Mapping[str, Any], nested: Collection[str] = ()) -> dict[str, Any]:

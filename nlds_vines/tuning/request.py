@@ -520,6 +520,8 @@ class Tuning(Request):
         if self.history is not None:
             document["load"] = self.history.load.to_table()
             document["start"] = entries(self.history, "start")
+            if self.history.of:
+                document["record"] = entries(self.history, "record")
         if self.uncertain:
             document["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.places:
@@ -656,6 +658,9 @@ def _history(request: Merged, system: AnySystem) -> tuple[HistoryRequest | None,
             why = "under a load" if loaded else "without [load] or [start]"
             with at(request.place("sampling")):
                 raise RequestError(f"{name} is not used {why}; allowed: {', '.join(keys)}")
+    if not loaded and (of := request.layers[1][1].get("record", {}).get("of")):
+        with at(request.place("record")):
+            raise RequestError(f"of = {shown(of)} is not used without [load] or [start]")
     if not loaded:
         with at(request.place("system")):
             refuse_without_force(system)

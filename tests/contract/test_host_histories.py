@@ -130,7 +130,7 @@ def test_a_blow_from_a_file_and_a_start_decay(here, answer):
     Path("frame.toml").write_text(nv.load_response_history(
         nv.System.from_host(frame, [cell(gap=1.0)], name="tuned"),
         {"load": {"impulse": 3000.0, "on": {"roof": 1.0, "floor1": -0.5}},
-         "sampling": {"duration": 5.0, "of": ["roof"]}},
+         "sampling": {"duration": 5.0}, "record": {"of": ["roof"]}},
     ).to_toml())  # fmt: skip
     assert "record" not in answer("response-history", "frame.toml", "-o", "blow.h5", "--quiet")
     histories = nv.open_archive("blow.h5")
@@ -156,14 +156,14 @@ QUAKE = {"record": {"times": [0.0, 0.1], "values": [0.0, 1.0], "unit": "g"}}
         (None, {"load": {"impulse": 1.0}}, "on is missing, the degree of freedom of the force"),
         (None, {"load": {"impulse": 1.0, "on": "rooof"}}, "did you mean 'roof'"),
         (None, {"load": {**QUAKE, "on": "roof"}}, "on: the loads move the ground"),
-        (None, {**BLOW, "sampling": {"of": ["rooof"]}}, "did you mean 'roof'"),
+        (None, {**BLOW, "record": {"of": ["rooof"]}}, "did you mean 'roof'"),
         (None, {"load": {"impulse": 1.0, "on": "roof", "harmonic": True}}, "a host takes a tone"),
         (None, {**BLOW, "vary": {"omega": {"values": [1.0, 2.0]}}}, "own force is off"),
         (None, {**BLOW, "vary": {"cell.q": {"values": [1.0, 2.0]}}}, "unknown parameter 'q'"),
         (None, {**BLOW, "sampling": {"settle": 1.0}}, "the rms of hosts is over all times"),
         (None, {**BLOW, "start": {"state": [1.0]}}, "must be floor1, v_floor1"),
         ("tmd", BLOW, "on = 'roof' is for hosts"),
-        ("tmd", {"load": {"impulse": 1.0}, "sampling": {"of": ["roof"]}}, "of = ('roof',) is for"),
+        ("tmd", {"load": {"impulse": 1.0}, "record": {"of": ["roof"]}}, "of = ('roof',) is for"),
         (["tmd", None], BLOW, "hosts beside other kinds"),
         (None, {}, "[load] is empty"),
     ],
@@ -177,7 +177,11 @@ def test_wrong_requests_for_hosts_are_refused_in_one_line(source, changes, words
 def test_a_damper_on_a_host_is_tuned_under_an_earthquake(quake):
     """Its objective, and that with a stiffer host, are those of response histories."""
     system = nv.System.from_host(FRAME, [cell()])
-    tables = {"load": {"record": "quake.csv"}, "sampling": {"duration": 4.0, "of": ["roof"]}}
+    tables = {
+        "load": {"record": "quake.csv"},
+        "sampling": {"duration": 4.0},
+        "record": {"of": ["roof"]},
+    }
     tuned = nv.tune(
         {
             "system": system,

@@ -13,7 +13,7 @@
     explore          the wait from a click to the drawn orbit, in a browser
     boundary_values  special points of a branch, computed again by SciPy's `solve_bvp`
     mutants          changes of a source that the tests must notice
-    house            sizes of the repository, beside the sizes that we aim at
+    house            tokens, folded code, double names, and what one diagram executes
 
 They work in a clone. The solvers of others are installed by `pip install '.[peers]'`; numbalsoda is
 built from its source, and needs cmake and gfortran.

@@ -1,16 +1,18 @@
 """Benchmarks: solvers compared, extremes within bounds, sizes counted, mutants by rule."""
 
+import ast
 import math
+from importlib import import_module
 from importlib.util import find_spec
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from support import REPO
 
-from benchmarks import accuracy, extremes, hosts, mutants
+from benchmarks import accuracy, extremes, hosts, house, mutants
 from benchmarks.accuracy import SOLVERS, Point, cost, points_of
 from benchmarks.extremes import EXTREMES
-from benchmarks.house import STEPS, TARGETS, areas, progress, shape, source_counts
 from nlds_vines import load_system, simulate
 
 # ---- accuracy: others converge to the true state, and the cost of an error is interpolated -------
@@ -124,47 +126,41 @@ def test_a_bound_that_is_exceeded_is_named(monkeypatch, tmp_path, capsys):
         assert text.endswith("<!-- end -->\nbelow\n")
 
 
-# ---- house: the counts of a source whose counts are plain to see ---------------------------------
+# ---- house: the counts of sources whose counts are plain to see ----------------------------------
 
 
-SOURCE = '''"""Return what nobody asks for."""
+SOURCE = '''"""A docstring
+of two lines."""
 
 LIMIT = 1
+"""The limit."""
 
 
 def double(given):
-    """Tell how much.
-
-    Twice as much.
-    """
-    found = 2 * given
+    """Twice as much."""
+    low, high = given, -given  # folded
+    parts = [low for _ in range(2)]
+    text = f"{low} of {LIMIT}"
     return (
-        found
+        high if parts else text
     )
-
-
-def undocumented(x):
-    return x
 '''
 
 
 def test_the_counts_of_a_source(tmp_path):
     path = tmp_path / "source.py"
     path.write_text(SOURCE)
-    counts = source_counts([path])
-    assert counts == {
+    assert house.counts_of([path]) == {
         "files": 1,
-        "lines": 18,
-        "statements": 8,  # two docstrings, one constant, two functions, three statements in them
-        "functions": 2,
-        "lines of bodies": 5,
-        "docstrings": 2,
+        "lines": 15,
+        "statements": 9,  # three docstrings, one constant, one function, four statements in it
+        "functions": 1,
+        "tokens": 3 + 6 + 8 + 12 + 3 + 8,  # an f-string is one
         "lines of docstrings": 4,
-        "'Return what'": 1,
-        "'Tell'": 1,
-        "names to avoid": 2,  # a parameter and a variable
+        "a, b = x, y": 1,
+        "x if c else y": 1,
+        "comprehensions": 1,
     }
-    assert shape(counts) == (1000 * 2 / 18, 2.5, 18)
 
 
 def write_all(folder, names, text):
@@ -177,21 +173,87 @@ def write_all(folder, names, text):
 def test_what_is_counted_where(tmp_path):
     modules = "nlds_vines/kernels/a.py nlds_vines/kernels_too.py tests/b.py benchmarks/c.py"
     write_all(tmp_path, modules, "x = 1\n")
-    pages = "docs/page.md docs/keys.md README.md CHANGELOG.md CONTRIBUTING.md"
-    write_all(tmp_path, pages, "two words\n" * 100)
-    measured = progress(tmp_path, areas(tmp_path))
-    assert measured == {
-        "package, lines": 1,
-        "kernels, lines": 1,
-        "tests, lines": 1,
-        "benchmarks, lines": 1,
-        "pages": 1,  # what a command writes is no page of ours
-        "words of pages": 400,
-        "CHANGELOG [kB]": 1,
-        "CONTRIBUTING [kB]": 1,
+    counts = {
+        name: house.counts_of(paths)["files"] for name, paths in house.areas(tmp_path).items()
     }
-    assert measured.keys() == TARGETS.keys()
-    assert {len(steps) for steps in TARGETS.values()} == {len(STEPS)}
+    assert counts == {"package without kernels": 1, "kernels": 1, "tests": 1, "benchmarks": 1}
+    write_all(tmp_path / "nlds_vines", "model/host.py model/loads/noise.py tasks/basins.py", "")
+    parts = house.parts(tmp_path / "nlds_vines")
+    assert {name: len(paths) for name, paths in parts.items()} == {
+        "kernels/a.py": 1,
+        "kernels_too.py": 1,
+        "model": 2,
+        "tasks/basins.py": 1,
+    }
+    write_all(tmp_path / "nlds_vines", "tests/a.py loads/test/b.py", "")
+    assert len(house.sources_of(tmp_path / "nlds_vines")) == 5
+
+
+ASKS = """
+from a import HostSystem
+
+def draw(system: HostSystem, is_host=False) -> HostSystem:
+    if system.has_hosts or isinstance(system, HostSystem):
+        return draw(system, is_host=True)
+"""
+
+
+def test_words_that_ask_what_a_system_is(tmp_path):
+    """Neither imports nor annotations ask; the engine and presets may."""
+    write_all(tmp_path, "pictures/drawing.py engine/orbit.py model/presets.py", ASKS)
+    places = house.asking_words(tmp_path)
+    assert places == {"pictures.drawing": {"is_host": 2, "has_hosts": 1, "HostSystem": 1}}
+
+
+def test_names_of_several_modules(tmp_path):
+    write_all(tmp_path, "a.py b.py", "class Load:\n    def draw(self): 1\ndef fly(): 1\n")
+    write_all(tmp_path, "c.py", "def fly(): 1\ndef draw(): 1\n")
+    assert house.names_defined_twice(tmp_path, ast.ClassDef) == {"Load": ["a", "b"]}
+    assert house.names_defined_twice(tmp_path, ast.FunctionDef) == {"fly": ["a", "b", "c"]}
+
+
+CALLED = """
+import threading
+
+def wrapped(function): return function
+
+@wrapped
+def in_thread(): return [1 for _ in "ab"]
+
+class Law:
+    def never(self): return 2
+
+def start():
+    def inner(): return (lambda: 3)()
+    thread = threading.Thread(target=in_thread)
+    thread.start()
+    thread.join()
+    return inner()
+"""
+
+
+def test_functions_that_a_call_executes(tmp_path, monkeypatch):
+    write_all(tmp_path, "toy_of_trunk/called.py", CALLED)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def call():
+        import_module("toy_of_trunk.called").start()
+
+    places = house.executed(tmp_path / "toy_of_trunk", call)
+    path = tmp_path / "toy_of_trunk" / "called.py"
+    names = {name for name, _ in places[path]}
+    assert names == {"wrapped", "in_thread", "start", "inner"}
+    wrapped, in_thread, start = 8, 15, 42
+    assert house.function_counts(path, places[path]) == (4, wrapped + in_thread + start)
+
+
+@pytest.mark.long
+def test_the_trunk_reaches_from_the_command_into_kernels_and_the_picture():
+    places = house.run_trunk(REPO)
+    kernels = REPO / "nlds_vines" / "kernels"
+    assert REPO / "nlds_vines" / "__main__.py" in places
+    assert any(kernels in path.parents for path in places)
+    assert any(path.name == "diagram.py" for path in places)
 
 
 # ---- mutants by rule: which changes are made, and that those no test notices are named -----------

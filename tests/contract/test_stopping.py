@@ -249,27 +249,35 @@ def sleeping(seconds):
 
 
 @stoppable
-def busy(seconds):
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
+def waiting(over):
+    over.wait(60.0)
+
+
+@stoppable
+def busy(over):
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until and not over.is_set():
         time.sleep(0.01)
 
 
 @pytest.fixture
-def soon(monkeypatch):
-    """Let what is under way have less time."""
-    monkeypatch.setattr(interrupts, "GRACE", 0.3)
+def over():
+    """Return an event with which abandoned work ends, at the end of the test."""
+    event = threading.Event()
+    yield event
+    event.set()
 
 
-@pytest.mark.parametrize("work", [sleeping, busy])
+@pytest.mark.parametrize("work", [waiting, busy])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_what_is_under_way_is_abandoned_after_its_time(soon, number, work, capfd):
-    """In C, and in Python that never asks."""
+def test_what_is_under_way_is_abandoned_after_its_time(over, number, work, monkeypatch, capfd):
+    """In C, and in Python that never asks; a minute is its end if nothing abandons it."""
+    monkeypatch.setattr(interrupts, "GRACE", 0.3)
     began = time.monotonic()
     asked(0.1, number)
     with stop_on_signals(), pytest.raises(Stopped):
-        work(5.0)
-    assert 0.4 <= time.monotonic() - began < 2.0
+        work(over)
+    assert 0.4 <= time.monotonic() - began < 30.0
     assert "a second" in capfd.readouterr().err
 
 
@@ -278,7 +286,7 @@ def test_an_abandoned_thread_ends_at_its_next_check():
 
     @stoppable
     def work():
-        for step in range(20):
+        for step in range(600):
             interrupts.check()
             steps.append(step)
             time.sleep(0.1)
@@ -286,14 +294,18 @@ def test_an_abandoned_thread_ends_at_its_next_check():
     asked(0.15, signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         work()
+    count = len(steps)
     time.sleep(0.5)
-    assert len(steps) <= 3
+    assert len(steps) <= count + 1
 
 
-@pytest.mark.parametrize(("number", "seconds"), [(signal.SIGINT, 0.25), (signal.SIGUSR1, 1.0)])
+@pytest.mark.parametrize(
+    ("number", "grace", "seconds"), [(signal.SIGINT, 30.0, 0.25), (signal.SIGUSR1, 0.3, 1.0)]
+)
 def test_what_ends_in_time_is_not_lost_and_notice_by_sigusr1_lets_it_end(
-    soon, number, seconds, capfd
+    number, grace, seconds, monkeypatch, capfd
 ):
+    monkeypatch.setattr(interrupts, "GRACE", grace)
     asked(0.1, number)
     with stop_on_signals():
         assert sleeping(seconds) == seconds
@@ -303,12 +315,12 @@ def test_what_ends_in_time_is_not_lost_and_notice_by_sigusr1_lets_it_end(
     assert ("finished first" in capfd.readouterr().err) == (number == signal.SIGUSR1)
 
 
-def test_ctrl_c_where_no_run_takes_it_is_python_s():
+def test_ctrl_c_where_no_run_takes_it_is_python_s(over):
     began = time.monotonic()
     asked(0.1, signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        sleeping(5.0)
-    assert time.monotonic() - began < 1.0
+        waiting(over)
+    assert time.monotonic() - began < 30.0
 
 
 def test_no_piece_is_begun_of_work_that_is_abandoned():

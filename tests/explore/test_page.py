@@ -243,7 +243,7 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
     assert not job.cancelled
     page.close()
     assert job.cancelled
-    job.join(20.0)
+    job.join(60.0)
     assert not job.is_alive()
     assert opened.listeners == []
     assert not [t for t in threading.enumerate() if t.name == "refining"]

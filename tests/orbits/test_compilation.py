@@ -224,7 +224,7 @@ def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
 
 def test_a_process_that_fails_ends_and_where_none_can_be_begun_there_is_none(monkeypatch):
     process = compilation.begin(USUAL._replace(scene="no such kind"))
-    assert process.wait(20) == 1
+    assert process.wait(60) == 1
     process.communicate()
     monkeypatch.setattr(sys, "executable", "/no/such/python")
     assert compilation.begin(USUAL) is None
@@ -241,7 +241,7 @@ def test_a_process_ends_with_whoever_began_it(monkeypatch, tmp_path):
     assert process.poll() is None
     assert os.getpgid(process.pid) != os.getpgid(0)  # Ctrl-C in the terminal is not for it
     process.stdin.close()
-    assert process.wait(20) == 1
+    assert process.wait(60) == 1
 
 
 def test_threads_are_those_of_the_run():

@@ -122,6 +122,13 @@ def number(what: str, value: object) -> float:
     return result
 
 
+def truth(what: str, value: object) -> bool:
+    """Return `value` if it is True or False; a text such as "false" would count as true."""
+    if not isinstance(value, bool):
+        raise RequestError(f"{what} = {shown(value)} must be true or false")
+    return value
+
+
 def whole(what: str, value: object, low: int, high: int = 10**9) -> int:
     """Return `value` as an int; `RequestError` if it is out of range or no whole number."""
     if isinstance(value, numbers.Integral) and not isinstance(value, bool):

@@ -643,8 +643,7 @@ def refuse_links(path: Path, file: h5py.File) -> None:
 
 
 def _leads_away(path: Path, name: bytes, what: str) -> RequestError:
-    shown_name = shown(name.decode("utf-8", "replace"))
     return RequestError(
-        f"{path}: {shown_name} is {what}, which may lead to any file; allowed: datasets that lie in "
-        "the file itself"
+        f"{path}: {shown(name.decode('utf-8', 'replace'))} is {what}, which may lead to any file; "
+        "allowed: datasets that lie in the file itself"
     )

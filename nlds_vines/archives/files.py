@@ -7,6 +7,7 @@ rename, which is forced to the disk as well (fsync of the folder).
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import json
@@ -23,6 +24,8 @@ from typing import Any, BinaryIO
 from nlds_vines.errors import RequestError
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"  # the first bytes of every archive
+
+_MOST_TOML = 1 << 27  # bytes: matrices and records may stand in a request
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -144,25 +147,63 @@ def open_regular(path: Path) -> BinaryIO:
     return os.fdopen(descriptor, "rb")
 
 
+def read_bytes(path: Path, most: int, first: int | None = None) -> bytes:
+    """Return the content of a regular file of at most `most` bytes, or its `first` bytes.
+
+    Raises `RequestError` for any other file: every file that a user names is read by this function.
+    """
+    try:
+        with open_regular(path) as file:
+            if first is not None:
+                return file.read(first)
+            size = os.fstat(file.fileno()).st_size
+            content = file.read(most + 1) if size <= most else b""
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RequestError(f"cannot be read: {reason}") from None
+    if size > most or len(content) > most:
+        raise RequestError(f"has {max(size, len(content))} bytes; allowed: up to {most}")
+    return content
+
+
+def decoded(data: bytes) -> str:
+    """Return a text in UTF-8, UTF-16 or Latin-1, with line ends \\n and without a byte order mark.
+
+    Raises `RequestError` for a workbook, a compressed file and whatever else is no text.
+    """
+    if data.startswith((b"PK\x03\x04", b"\x1f\x8b", b"\xd0\xcf\x11\xe0")):
+        raise RequestError("is a workbook or compressed; save it as text (CSV)")
+    is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encodings = ["utf-16"] if is_utf16 else ["utf-8-sig", "latin-1"]
+    if not is_utf16 and 0 in data[:100]:
+        encodings = ["utf-16-le" if 0 in data[1:100:2] else "utf-16-be"]
+    reason = ""
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError as error:
+            reason = f"is no text: {encoding} fails at byte {error.start}"
+            continue
+        if "\0" in text:
+            raise RequestError("is no text: it holds the character 0")
+        return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise RequestError(reason)
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the document in a TOML file; `RequestError` with the place if it cannot be read."""
     try:
-        with open_regular(path) as file:
-            content = file.read(len(_HDF5))
-            if content == _HDF5:
-                raise RequestError(
-                    f"{path}: is an archive (HDF5), not TOML: `nlds-vines plot {path}` draws it, "
-                    f"`nlds-vines rerun {path}` computes it again"
-                )
-            content += file.read()
-        return parse_toml(content.decode("utf-8").replace("\r\n", "\n"), str(path))
+        if read_bytes(path, _MOST_TOML, first=len(_HDF5)) == _HDF5:
+            raise RequestError(
+                f"is an archive (HDF5), not TOML: `nlds-vines plot {path}` draws it, "
+                f"`nlds-vines rerun {path}` computes it again"
+            )
+        text = read_bytes(path, _MOST_TOML).decode("utf-8")
     except UnicodeDecodeError as error:
         raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None
-    except RequestError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RequestError(f"{path}: cannot be read: {reason}") from None
+    except RequestError as error:
+        raise RequestError(f"{path}: {error}") from None
+    return parse_toml(text.replace("\r\n", "\n"), str(path))
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:

@@ -28,14 +28,16 @@ from nlds_vines.errors import (
     shown,
     string,
     table,
+    truth,
     whole,
 )
-
-MOST_DENSE = 2000
-"""The most degrees of freedom whose matrices are dense; a larger host has to be reduced."""
-
-_ASYMMETRY = 1e-8
-"""The largest difference of two entries that should be equal, over the largest entry."""
+from nlds_vines.model.host_matrices import (
+    MOST_DENSE,
+    array_of,
+    dof_name,
+    matrices_of,
+    read_arrays,
+)
 
 _ROUNDING = 1e-10
 """An eigenvalue of K or C below this fraction of the largest one counts as 0."""
@@ -52,18 +54,19 @@ class Host(Outlined):
 
     Parameters
     ----------
-    M, K : (n, n) array_like, sparse array or path-like
+    M, K : (n, n) array_like, sparse array, DataFrame or path-like
         Mass [kg] and stiffness [N/m]: symmetric, M positive definite, K positive semidefinite.  A
-        path is that of a Matrix Market file.
-    C : (n, n) array_like, sparse array or path-like, optional
+        path is that of a text (.csv, .txt), of NumPy's .npy or .npz, or of Matrix Market's .mtx.
+    C : (n, n) array_like, sparse array, DataFrame or path-like, optional
         Damping [N s/m], symmetric and positive semidefinite; by default 0.
     ratio : float or sequence of float, optional
         Modal damping ratio in place of C: one for all modes, or one for each of the lowest modes,
         the last of which holds for all modes above.
     rayleigh : (float, float), optional
         Constants a [1/s] and b [s] of the damping C = a M + b K in place of C.
-    dofs : sequence of str, optional
-        Names of the degrees of freedom, by default x1, x2 ...
+    dofs : sequence of str or int, optional
+        Names of the degrees of freedom, or the numbers of their nodes; by default the names of the
+        columns of a DataFrame or of a text, otherwise x1, x2 ...
     influence : (n,) array_like, optional
         The displacement of each degree of freedom when the ground moves by 1, by default 1; that of
         a rotation is 0.
@@ -71,7 +74,7 @@ class Host(Outlined):
     Attributes
     ----------
     M, C, K : (n, n) ndarray or sparse array
-        The matrices by coordinate.
+        The matrices by coordinate, read-only as all arrays of a host.
     dofs : tuple of str
         Names of the degrees of freedom.
     shape : (len(dofs), n) ndarray
@@ -112,19 +115,22 @@ class Host(Outlined):
         *,
         ratio: ArrayLike | None = None,
         rayleigh: tuple[float, float] | None = None,
-        dofs: Sequence[str] = (),
+        dofs: Sequence[str | int] = (),
         influence: Any = None,
     ) -> None:
-        self.M, self.K = _matrix("M", M), _matrix("K", K)
-        n = self.M.shape[0]
         if sum(value is not None for value in (C, ratio, rayleigh)) > 1:
             raise RequestError("the damping is stated twice; allowed: one of C, ratio, rayleigh")
-        self.C = None if C is None else _matrix("C", C)
-        for name, matrix in (("K", self.K), ("C", self.C)):
-            if matrix is not None and matrix.shape != (n, n):
+        sources = {"M": M, "K": K} if C is None else {"M": M, "K": K, "C": C}
+        matrices, labels = matrices_of(sources)
+        self.M = matrices["M"]
+        self.K = matrices["K"]
+        self.C = matrices.get("C")
+        n = self.M.shape[0]
+        for name, matrix in matrices.items():
+            if matrix.shape != (n, n):
                 raise RequestError(f"{name} has the shape {matrix.shape}, but M has {(n, n)}")
-        self.dofs = _names(dofs, n)
-        is_dense = n <= MOST_DENSE
+        self.dofs = _names(_sequence("dofs", dofs) or labels, n)
+        is_dense = not scipy.sparse.issparse(self.M)
         self.shape = np.eye(n) if is_dense else scipy.sparse.eye_array(n, format="csr")
         moved = np.ones(n) if influence is None else _vector("influence", influence)
         if moved.shape != (n,):
@@ -140,6 +146,13 @@ class Host(Outlined):
         self._refuse_signs()
         if is_dense:
             self._complete()
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Make arrays read-only: frequencies would not follow a changed entry."""
+        array = value.data if scipy.sparse.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+        super().__setattr__(name, value)
 
     def _shake(self, moved: np.ndarray) -> None:
         self.influence = moved
@@ -255,13 +268,14 @@ class Host(Outlined):
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], **options: Any) -> Host:
-        """Return the host whose matrices stand in a file of NumPy or of MATLAB.
+        """Return the host whose matrices stand in one file of NumPy.
 
         Parameters
         ----------
         path : str or path-like
-            A `.npz` or `.mat` file with the arrays M and K, and, if it has them, C, influence and
-            dofs.  Other arrays are ignored.
+            A `.npz` file with the arrays M and K (m and k, mass and stiffness), and, if it has
+            them, C (c, damping), influence and dofs.  Other arrays are ignored.  Files of one
+            matrix are arguments of `Host`.
         **options
             `ratio`, `rayleigh`, `dofs` and `influence`, as `Host` takes them; they override what
             the file says.
@@ -284,36 +298,11 @@ class Host(Outlined):
         >>> nv.Host.from_file("frame.npz", ratio=0.02).dofs
         ('floor', 'roof')
         """
-        suffix = Path(path).suffix.lower()
         with at(str(path)):
-            if suffix not in (".npz", ".mat"):
-                raise RequestError(
-                    f"{suffix or 'no suffix'} is no host; allowed: .npz, .mat, or Matrix Market "
-                    "files as nv.Host(M='M.mtx', K='K.mtx')"
-                )
-            try:
-                if suffix == ".npz":
-                    with np.load(path) as arrays:
-                        values = dict(arrays)
-                else:
-                    values = scipy.io.loadmat(path)
-            except (OSError, ValueError, NotImplementedError) as error:  # MATLAB's 7.3 is HDF5
-                raise RequestError(f"cannot be read: {error}") from None
-            for name in ("M", "K"):
-                if name not in values:
-                    arrays = ", ".join(key for key in values if not key.startswith("__"))
-                    raise RequestError(f"has no array {name}; it has: {arrays or 'none'}")
-            matrices = {name: values[name] for name in ("M", "K", "C") if name in values}
+            arrays = read_arrays(Path(path))
             if options.keys() & {"ratio", "rayleigh"}:
-                matrices.pop("C", None)
-            if "dofs" in values:  # MATLAB pads texts of one array, and wraps those of a cell
-                options = {
-                    "dofs": [str(np.squeeze(v)).strip() for v in values["dofs"].flat],
-                    **options,
-                }
-            if "influence" in values:
-                options = {"influence": np.ravel(values["influence"]), **options}
-            return cls(**matrices, **options)
+                arrays.pop("C", None)
+            return cls(**{**arrays, **options})
 
     def heading(self) -> str:
         """Return the number of degrees of freedom, and how they were reduced."""
@@ -604,6 +593,7 @@ def chain(
     """
     m, k = _vector("masses", masses), _vector("springs", springs, least=0.0)
     n = m.size
+    truth("cyclic", cyclic)
     held = _vector("grounds", _repeated(grounds, n), least=0.0)
     if held.size != n:
         raise RequestError(f"{held.size} grounds do not fit {n} masses")
@@ -799,7 +789,7 @@ def _rows(name: str, value: Any) -> Any:
     """Return a matrix of a file: rows, a diagonal, or a path."""
     if isinstance(value, str):
         return value
-    matrix = _array(name, _sequence(name, value), "rows of numbers")
+    matrix = array_of(name, _sequence(name, value), "rows of numbers")
     return np.diag(matrix) if matrix.ndim == 1 else matrix
 
 
@@ -839,42 +829,8 @@ def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _matrix(name: str, value: Any) -> Any:
-    """Return a symmetric matrix, dense up to `MOST_DENSE` rows, otherwise sparse."""
-    if isinstance(value, str | os.PathLike):
-        try:
-            value = scipy.io.mmread(value)
-        except (OSError, ValueError) as error:
-            raise RequestError(f"{name} = {shown(str(value))} cannot be read: {error}") from None
-    if not scipy.sparse.issparse(value):
-        value = _array(name, value, "a matrix of numbers")
-    if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
-        raise RequestError(f"{name} has the shape {value.shape}; it must be square")
-    entries = scipy.sparse.coo_array(value)
-    if np.iscomplexobj(entries.data) or not np.isfinite(entries.data).all():
-        raise RequestError(f"{name} holds a value that is no finite real number")
-    difference = scipy.sparse.coo_array(entries - entries.T)
-    worst = np.abs(difference.data).argmax() if difference.nnz else 0
-    if difference.nnz and abs(difference.data[worst]) > _ASYMMETRY * np.abs(entries.data).max():
-        i, j = sorted((difference.row[worst], difference.col[worst]))
-        one, other = entries.tocsr()[[i, j], [j, i]].ravel()
-        raise RequestError(
-            f"{name} is not symmetric: {name}[{i}, {j}] = {one:g}, {name}[{j}, {i}] = {other:g}"
-        )
-    symmetric = (entries + entries.T).tocsc() / 2
-    return symmetric.toarray() if value.shape[0] <= MOST_DENSE else symmetric
-
-
-def _array(name: str, value: Any, words: str) -> np.ndarray:
-    """Return an array of floats, or of complex numbers, whose imaginary parts a cast would drop."""
-    try:
-        return np.array(value, dtype=complex if np.iscomplexobj(value) else float)
-    except (TypeError, ValueError, OverflowError):
-        raise RequestError(f"{name} = {shown(value)} must be {words}") from None
-
-
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
-    vector = _array(name, value, "numbers")
+    vector = array_of(name, value, "numbers")
     is_sound = vector.ndim == 1 and vector.size > 0 and np.isfinite(vector).all()
     if np.iscomplexobj(vector) or not is_sound or (vector < least).any():
         bound = "" if least == -np.inf else f" >= {least:g}"
@@ -893,8 +849,9 @@ def _repeated(value: Any, count: int) -> Any:
     return value if isinstance(value, Sequence | np.ndarray) else [value] * count
 
 
-def _names(dofs: Sequence[str], count: int) -> tuple[str, ...]:
-    names = _sequence("dofs", dofs) or tuple(f"x{i + 1}" for i in range(count))
+def _names(dofs: Sequence[str | int], count: int) -> tuple[str, ...]:
+    names = tuple(dof_name("dofs", label) for label in _sequence("dofs", dofs))
+    names = names or tuple(f"x{i + 1}" for i in range(count))
     for name in names:
         check_name("dofs", name)
         if name in ("ground", "mass"):

@@ -29,6 +29,7 @@ from nlds_vines.errors import (
     shown,
     string,
     table,
+    truth,
     unknown,
     whole,
 )
@@ -98,9 +99,7 @@ class Text:
 @dataclass(frozen=True)
 class Truth:
     def __call__(self, name: str, value: Any, /) -> bool:
-        if not isinstance(value, bool):
-            raise RequestError(f"{name} = {shown(value)} must be true or false")
-        return value
+        return truth(name, value)
 
 
 @dataclass(frozen=True)

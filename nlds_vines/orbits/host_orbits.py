@@ -344,7 +344,8 @@ def _modes_of(host: Host) -> tuple[np.ndarray, ...]:
     """
     n = len(host.inertia)
     squares, modes = np.zeros(n), np.zeros((n, n))
-    fill_modes(host.M, host.K, squares, modes)
+    # a read-only array would be another type, for which the kernel would be compiled again
+    fill_modes(host.M.copy(order="K"), host.K.copy(order="K"), squares, modes)
     if host.ratio is not None:
         return squares, modes, modal_damping(host.ratio, squares), np.zeros(0)
     damping = _times(_times(modes.T, np.asarray(host.C)), modes)

@@ -1,0 +1,568 @@
+"""Matrices of a host as users bring them: arrays, tables and files, checked before they are used.
+
+A file is dense text (.csv, .txt), NumPy's .npy or .npz, or Matrix Market's .mtx.  Its header, its
+shape and the number of its entries are checked against its size before its numbers are read.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+import warnings
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy  # whose modules are loaded when they are first used: systems of one mass need none
+
+from nlds_vines.archives.files import decoded, read_bytes
+from nlds_vines.errors import RequestError, at, shown
+
+MOST_DENSE = 2000
+"""The most degrees of freedom whose matrices are dense; a larger host has to be reduced."""
+
+MOST_BYTES = 1 << 28
+"""Bytes of a file, and of what is compressed in it: a dense matrix of 5,792 rows."""
+
+MOST_ROWS = 1_000_000
+"""Rows of a sparse matrix."""
+
+MOST_ENTRIES = 1 << 24
+"""Entries of a file: a dense matrix of 4,096 rows, or a sparse one of 200,000 with 80 a row."""
+
+_ASYMMETRY = 1e-8
+"""The largest difference of two entries that should be equal, over the largest entry."""
+
+_LONGEST_NAME = 64  # bytes of a name in a .npz
+_HEADER = 10_000  # bytes of the header of a .npy
+
+NAMES: Mapping[str, tuple[str, ...]] = {
+    "M": ("M", "m", "mass"),
+    "K": ("K", "k", "stiffness"),
+    "C": ("C", "c", "damping"),
+}
+"""How the matrices are named in a file."""
+
+_IN_WORDS = ".csv, .txt, .npy, .npz and .mtx"
+
+
+# ---- arguments -----------------------------------------------------------------------------------
+
+
+class Labeled(NamedTuple):
+    """A matrix, an array or a sparse one, and the names of its columns, () without names."""
+
+    matrix: Any
+    labels: tuple[str, ...]
+
+
+def matrices_of(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return symmetric matrices by name, and the names of their columns, () if none has any.
+
+    Each value is an array, a sparse array, a table of pandas or the path of a file.  Up to
+    `MOST_DENSE` rows a matrix is dense, otherwise sparse.  Raises `RequestError` if two matrices
+    name their columns differently.
+    """
+    matrices: dict[str, Any] = {}
+    labels: tuple[str, ...] = ()
+    first = ""
+    for name, value in values.items():
+        is_path = isinstance(value, str | os.PathLike)
+        with at(f"{name} = {shown(str(value))}" if is_path else ""):
+            entries = read_matrix(name, Path(value)) if is_path else _labeled(name, value)
+            matrices[name] = _symmetric(name, entries.matrix)
+        if labels and entries.labels and entries.labels != labels:
+            raise RequestError(f"{name} names its columns otherwise than {first}")
+        if entries.labels and not labels:
+            labels = entries.labels
+            first = name
+    return matrices, labels
+
+
+def _labeled(name: str, value: Any) -> Labeled:
+    """Return an array or a table of pandas, whose rows must have the names of its columns."""
+    if not (hasattr(value, "columns") and hasattr(value, "index") and hasattr(value, "to_numpy")):
+        return Labeled(value, ())
+    labels = _labels("columns", value.columns)
+    rows = _labels("rows", value.index)
+    if rows and rows != labels:
+        raise RequestError(f"{name} names its rows otherwise than its columns")
+    return Labeled(value.to_numpy(), labels)
+
+
+def _labels(what: str, index: Any) -> tuple[str, ...]:
+    """Return the labels of the columns or rows of a table, () if they only count from 0."""
+    labels = list(index)
+    if labels == list(range(len(labels))):
+        return ()
+    return tuple(dof_name(what, label) for label in labels)
+
+
+def dof_name(what: str, label: Any) -> str:
+    """Return the name of a degree of freedom: a text, or the digits of a whole number."""
+    if isinstance(label, str):
+        return label
+    if isinstance(label, int | np.integer) and not isinstance(label, bool | np.bool_):
+        return str(int(label))
+    raise RequestError(f"{what}: {shown(label)} must be a text or a whole number")
+
+
+def _symmetric(name: str, value: Any) -> Any:
+    if not scipy.sparse.issparse(value):
+        value = array_of(name, value, "a matrix of numbers")
+    if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
+        raise RequestError(f"{name} has the shape {value.shape}; it must be square")
+    entries = scipy.sparse.coo_array(value)
+    entries.data = without_imaginary_parts(entries.data)
+    if entries.data.dtype.kind not in "iuf" or not np.isfinite(entries.data).all():
+        raise RequestError(f"{name} holds a value that is no finite real number")
+    entries = entries.astype(np.float64)
+    difference = scipy.sparse.coo_array(entries - entries.T)
+    worst = np.abs(difference.data).argmax() if difference.nnz else 0
+    if difference.nnz and abs(difference.data[worst]) > _ASYMMETRY * np.abs(entries.data).max():
+        i, j = sorted((difference.row[worst], difference.col[worst]))
+        one, other = entries.tocsr()[[i, j], [j, i]].ravel()
+        raise RequestError(
+            f"{name} is not symmetric: {name}[{i}, {j}] = {float(one)!r}, {name}[{j}, {i}] = "
+            f"{float(other)!r}{_triangle(entries)}"
+        )
+    symmetric = (entries + entries.T).tocsc() / 2
+    return symmetric.toarray() if value.shape[0] <= MOST_DENSE else symmetric
+
+
+def _triangle(entries: Any) -> str:
+    """Return the hint for a matrix that is 0 above or below its diagonal, otherwise ""."""
+    is_stored = entries.data != 0
+    below = bool((entries.row > entries.col)[is_stored].any())
+    above = bool((entries.row < entries.col)[is_stored].any())
+    if below and above:
+        return ""
+    side = "lower" if below else "upper"
+    return f": it is its {side} triangle alone; give all of it, A + A.T - np.diag(A.diagonal())"
+
+
+def array_of(name: str, value: Any, words: str) -> np.ndarray:
+    """Return an array of floats, or of complex numbers if an imaginary part is not 0."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise RequestError(f"{name} has masked entries, which have no value: fill them first")
+    try:
+        array = np.array(value, dtype=complex if np.iscomplexobj(value) else float)
+    except (TypeError, ValueError, OverflowError):
+        raise RequestError(f"{name} = {shown(value)} must be {words}") from None
+    return without_imaginary_parts(array)
+
+
+def without_imaginary_parts(array: np.ndarray) -> np.ndarray:
+    """Return the real parts of complex numbers whose imaginary parts are 0; others as they are."""
+    return array.real if np.iscomplexobj(array) and not array.imag.any() else array
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+def read_matrix(name: str, path: Path) -> Labeled:
+    """Read the matrix in a file; of a .npz with several, the one of the `name`.
+
+    Raises `RequestError` for a file that is damaged, no regular one, too large or of another type.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _READERS:
+        _refuse_suffix(suffix)
+    return _READERS[suffix](name, read_bytes(path, MOST_BYTES))
+
+
+def read_arrays(path: Path) -> dict[str, Any]:
+    """Return the matrices M, K and C, `influence` and `dofs` of a .npz file, those that it has."""
+    suffix = path.suffix.lower()
+    if suffix in _READERS and suffix != ".npz":
+        raise RequestError(
+            f"a {suffix} file holds one matrix: nv.Host(M='M{suffix}', K='K{suffix}') reads two"
+        )
+    if suffix != ".npz":
+        _refuse_suffix(suffix)
+    members = _members(read_bytes(path, MOST_BYTES))
+    arrays: dict[str, Any] = {}
+    for name, aliases in NAMES.items():
+        present = [alias for alias in aliases if alias in members]
+        if len(present) > 1:
+            raise RequestError(f"{present[0]} stands beside {present[1]}: give one of them")
+        if present:
+            arrays[name] = members[present[0]]
+        elif name != "C":
+            has = ", ".join(members) or "none"
+            raise RequestError(f"has no array {name} (or {', '.join(aliases[1:])}); it has: {has}")
+    for name in ("influence", "dofs"):
+        if name in members:
+            values = np.ravel(members[name])
+            arrays[name] = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+    return arrays
+
+
+def _refuse_suffix(suffix: str) -> None:
+    if suffix == ".mat":
+        raise RequestError(
+            "MATLAB's files are not read here: a = scipy.io.loadmat(path) in Python reads one, "
+            f"then nv.Host(M=a['M'], K=a['K']); allowed: {_IN_WORDS}"
+        )
+    raise RequestError(f"{suffix or 'no suffix'} is no type of a matrix; allowed: {_IN_WORDS}")
+
+
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """Turn what a damaged file lets zipfile and NumPy raise, which is not listed, into one line."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except RequestError:
+        raise
+    except Exception as error:
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise RequestError(f"is damaged: {reason}") from None
+
+
+# ---- .npy and .npz -------------------------------------------------------------------------------
+
+
+def _npy(name: str, data: bytes) -> Labeled:
+    return Labeled(_array_in(data), ())
+
+
+def _array_in(data: bytes) -> np.ndarray:
+    """Return the array in the bytes of a .npy file, whose shape must be that of its bytes."""
+    file = io.BytesIO(data)
+    with _in_one_line():
+        version = np.lib.format.read_magic(file)
+        readers = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }
+        if version not in readers:
+            raise RequestError(f"has version {version} of the .npy format; allowed: 1.0 and 2.0")
+        shape, is_fortran, dtype = readers[version](file, max_header_size=_HEADER)
+    if dtype.kind not in "iufcUS":
+        raise RequestError(f"holds values of type {dtype}; allowed: numbers, and names as text")
+    size = math.prod(shape) * dtype.itemsize
+    left = len(data) - file.tell()
+    if size != left or min(shape, default=1) < 0:
+        raise RequestError(f"is damaged: its shape {shape} takes {size} bytes, but it has {left}")
+    if math.prod(shape) > MOST_ENTRIES:
+        raise RequestError(f"has {math.prod(shape)} entries; allowed: up to {MOST_ENTRIES}")
+    with _in_one_line():
+        values = np.frombuffer(data, dtype, offset=file.tell())
+        return values.reshape(shape, order="F" if is_fortran else "C")
+
+
+def _members(data: bytes) -> dict[str, np.ndarray]:
+    """Return the arrays in the bytes of a .npz file by name.
+
+    What its members take when they are decompressed is limited before they are: 3 MB may be 5 GB.
+    """
+    arrays: dict[str, np.ndarray] = {}
+    with _in_one_line(), zipfile.ZipFile(io.BytesIO(data)) as archive:
+        entries = archive.infolist()
+        total = sum(entry.file_size for entry in entries)
+        if total > MOST_BYTES:
+            raise RequestError(f"holds {total} bytes; allowed: up to {MOST_BYTES}")
+        for entry in entries:
+            name = entry.filename.removesuffix(".npy")
+            if len(name) > _LONGEST_NAME or not name.isprintable():
+                raise RequestError(f"holds a member {shown(name)}, which is no name of an array")
+            if name in arrays:
+                raise RequestError(f"holds two members {shown(name)}")
+            # of other methods one byte may become a million in one step
+            is_plain = entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+            if entry.flag_bits & 1 or not is_plain:
+                raise RequestError(f"its member {shown(name)} is encrypted or packed otherwise")
+            if not _is_read(name):
+                continue
+            with archive.open(entry) as member:
+                content = member.read(entry.file_size + 1)
+            with at(shown(name)):
+                arrays[name] = _array_in(content)
+    return arrays
+
+
+_OF_SPARSE = ("data", "row", "col", "indices", "indptr", "shape", "format")
+
+
+def _is_read(name: str) -> bool:
+    """Return True if a member of a .npz has a matrix or belongs to one; others are left alone."""
+    aliases = [alias for names in NAMES.values() for alias in names]
+    return name in (*aliases, "influence", "dofs", *_OF_SPARSE)
+
+
+def _npz(name: str, data: bytes) -> Labeled:
+    """Read the matrix of a name, or the sparse matrix that `scipy.sparse.save_npz` wrote."""
+    members = _members(data)
+    if {"format", "shape", "data"} <= members.keys():
+        return Labeled(_saved_sparse(members), ())
+    present = [alias for alias in NAMES[name] if alias in members]
+    if len(present) != 1:
+        has = ", ".join(members) or "none"
+        raise RequestError(f"has no array {name} (or {', '.join(NAMES[name][1:])}); it has: {has}")
+    return Labeled(members[present[0]], ())
+
+
+def _saved_sparse(members: Mapping[str, np.ndarray]) -> Any:
+    form = str(members["format"].astype("U").item()) if members["format"].size == 1 else ""
+    shape = members["shape"].ravel().tolist()
+    values = members["data"]
+    needed = {"coo": ("row", "col"), "csr": ("indices", "indptr"), "csc": ("indices", "indptr")}
+    if form not in needed or not {*needed[form]} <= members.keys():
+        raise RequestError(f"is no sparse matrix in the format coo, csr or csc: {shown(form)}")
+    one, other = (members[key] for key in needed[form])
+    is_whole = all(array.dtype.kind in "iu" and array.ndim == 1 for array in (one, other))
+    if not is_whole or values.ndim != 1 or values.dtype.kind not in "iufc" or len(shape) != 2:
+        raise RequestError("is damaged: its arrays are no sparse matrix")
+    _check_size(shape)
+    if form != "coo":
+        count = shape[0] if form == "csr" else shape[1]
+        steps = other[1:].astype(np.int64) - other[:-1].astype(np.int64)
+        is_sound = other.size == count + 1 and other[0] == 0 and other[-1] == values.size
+        if not is_sound or (steps < 0).any():
+            raise RequestError("is damaged: its index pointers do not ascend to its entries")
+        groups = np.repeat(np.arange(count), steps)
+        one, other = (groups, one) if form == "csr" else (one, groups)
+    return _coordinates(shape, one, other, values)
+
+
+def _check_size(shape: Sequence[Any]) -> None:
+    rows, columns = shape
+    if rows != columns or not 1 <= rows <= MOST_ROWS:
+        raise RequestError(
+            f"states {rows} rows and {columns} columns; allowed: as many, from 1 to {MOST_ROWS}"
+        )
+
+
+def _coordinates(shape: Sequence[int], rows: Any, columns: Any, values: Any) -> Any:
+    """Return the sparse matrix of entries at indices from 0, each at most once."""
+    if not rows.size == columns.size == values.size:
+        raise RequestError("is damaged: its entries and their indices differ in number")
+    for index in (rows, columns):
+        if index.size and not 0 <= index.min() <= index.max() < shape[0]:
+            raise RequestError(f"is damaged: an index is outside of its {shape[0]} rows")
+    places = rows.astype(np.int64) * shape[1] + columns.astype(np.int64)
+    places.sort()
+    twice = places[1:][np.diff(places) == 0]
+    if twice.size:
+        row, column = divmod(int(twice[0]), shape[1])
+        raise RequestError(f"states the entry in row {row + 1}, column {column + 1} twice")
+    return scipy.sparse.coo_array((values, (rows, columns)), shape=tuple(shape))
+
+
+# ---- text ----------------------------------------------------------------------------------------
+
+_NOTES = (b"#", b"%", b"//", b"!", b"**")  # marks before comments
+_FORTRAN = bytes.maketrans(b"dD", b"eE")  # exponents
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_DECIMAL_COMMA = re.compile(rb"[+-]?[0-9]+,[0-9]+(?:[eEdD][+-]?[0-9]+)?")
+_WHOLE = re.compile(r"[0-9]{1,9}")
+_SIGNS = {0x2212: "-", 0xA0: " ", 0x202F: " ", 0x1A: None}
+_MOST_COLUMNS = math.isqrt(MOST_ENTRIES)
+_LONGEST_LINE = re.compile(rb"[^\n]{300}")  # of one entry of Matrix Market
+
+
+def _text(name: str, data: bytes) -> Labeled:
+    """Read a dense matrix: commas, semicolons or tabs or blanks with either decimal sign.
+
+    A first line of names or of node numbers labels the columns; under an empty cell at its
+    beginning, the first column names the rows.
+    """
+    lines = _lines(data)
+    cut = _separator(max(lines[1:] or lines, key=len))
+    if cut is not None and all(line.endswith(cut) for line in lines):
+        lines = [line[: -len(cut)] for line in lines]
+    if cut != b",":
+        lines = _with_decimal_points(lines)
+    first = lines[0].split(cut, _MOST_COLUMNS)
+    has_names = not any(_NUMBER.fullmatch(cell.strip().translate(_FORTRAN)) for cell in first)
+    is_numbered = len(lines) == len(first) + 1 and all(cell.strip().isdigit() for cell in first)
+    labels: list[str] = []
+    if (has_names or is_numbered) and len(lines) > 1:
+        labels = [cell.strip().decode("utf-8", "replace") for cell in first]
+        lines = lines[1:]
+        if labels[0] == "":
+            labels = labels[1:]
+            lines = [line.partition(cut or b" ")[2] for line in lines]
+    lines = [line.translate(_FORTRAN) for line in lines]
+    _check_widths([len(line.split(cut, _MOST_COLUMNS)) for line in lines])
+    try:
+        delimiter = None if cut is None else cut.decode()
+        matrix = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
+    except ValueError:
+        raise _no_number(lines, cut) from None
+    if labels and len(labels) != len(matrix):
+        raise RequestError(f"has {len(labels)} names for {len(matrix)} columns")
+    return Labeled(matrix, _labels("columns", [_node(label) for label in labels]))
+
+
+def _node(label: str) -> str | int:
+    return int(label) if _WHOLE.fullmatch(label) else label
+
+
+def _lines(data: bytes) -> list[bytes]:
+    """Return the lines of a text that are neither empty nor comments, without quotation marks."""
+    if not data.isascii() or b"\0" in data or b"\r" in data or data.startswith(b"PK"):
+        data = decoded(data).translate(_SIGNS).encode()
+    lines: list[bytes] = []
+    # without runs of empty lines: 64 MB of line ends would take minutes one by one
+    for raw in io.BytesIO(re.sub(rb"\n\s+", b"\n", data)):
+        line = raw.strip(b" \r\n").replace(b'"', b"")
+        if not line or line.startswith(_NOTES):
+            continue
+        if len(lines) > _MOST_COLUMNS:
+            raise RequestError(f"has more than {_MOST_COLUMNS} rows of numbers")
+        lines.append(line)
+    if not lines:
+        raise RequestError("holds no numbers")
+    return lines
+
+
+def _separator(line: bytes) -> bytes | None:
+    """Return what stands between the numbers of a line, None for blanks."""
+    for cut in (b";", b"\t"):
+        if cut in line:
+            return cut
+    if b"," not in line:
+        return None
+    cells = line.split(None, _MOST_COLUMNS)
+    is_decimal = all(_DECIMAL_COMMA.fullmatch(cell) for cell in cells if b"," in cell)
+    return None if is_decimal and len(cells) > 1 else b","
+
+
+def _with_decimal_points(lines: list[bytes]) -> list[bytes]:
+    """Return lines in which a comma is the decimal sign with points in its place."""
+    with_comma = [line for line in lines if b"," in line]
+    if any(b"." in line for line in with_comma):
+        raise RequestError("holds numbers with a comma and a point: one of them is a decimal sign")
+    return [line.replace(b",", b".") for line in lines] if with_comma else lines
+
+
+def _check_widths(widths: Sequence[int]) -> None:
+    """Raise `RequestError` unless a text has as many numbers in each row as it has rows."""
+    count = len(widths)
+    for side, triangle in (("lower", range(1, count + 1)), ("upper", range(count, 0, -1))):
+        if count > 1 and [*widths] == [*triangle]:
+            raise RequestError(
+                f"is the {side} triangle of a symmetric matrix alone: give all of its rows in full"
+            )
+    for row, width in enumerate(widths, start=1):
+        if width != widths[0]:
+            raise RequestError(f"row {row} has {width} numbers, the first one {widths[0]}")
+    if count != widths[0]:
+        raise RequestError(f"has the shape ({count}, {widths[0]}); it must be square")
+
+
+def _no_number(lines: list[bytes], cut: bytes | None) -> RequestError:
+    """Return the error for the first cell of a table that is no number."""
+    for row, line in enumerate(lines, start=1):
+        for column, cell in enumerate(line.split(cut), start=1):
+            if not _NUMBER.fullmatch(cell.strip()):
+                text = shown(cell.strip().decode("utf-8", "replace"))
+                return RequestError(f"row {row}, column {column}: {text} must be a number")
+    return RequestError("holds a cell that is no number")
+
+
+# ---- Matrix Market -------------------------------------------------------------------------------
+
+_BANNER = re.compile(
+    rb"%%MatrixMarket\s+matrix\s+(?P<form>coordinate|array)"
+    rb"\s+(?P<field>real|double|integer|complex|pattern)"
+    rb"\s+(?P<symmetry>general|symmetric|hermitian|skew-symmetric)",
+    re.IGNORECASE,
+)
+
+
+def _market(name: str, data: bytes) -> Labeled:
+    """Read a Matrix Market file, of which the size line must agree with the lines that follow.
+
+    SciPy's reader ends the process at some damaged files, and believes any size.
+    """
+    file = io.BytesIO(data)
+    banner = _BANNER.fullmatch(file.readline(_LONGEST_BANNER).strip())
+    if banner is None:
+        raise RequestError(
+            "has no header of Matrix Market, `%%MatrixMarket matrix coordinate real symmetric`; "
+            "Abaqus' rows of `row, column, value` are read by np.loadtxt"
+        )
+    form, field, symmetry = (banner[key].decode().lower() for key in _BANNER.groupindex)
+    if field == "pattern" or symmetry == "skew-symmetric":
+        raise RequestError(f"is of the kind {field}, {symmetry}: no matrix of a host")
+    size: list[bytes] = []
+    while not size:
+        line = file.readline()
+        if not line:
+            raise RequestError("is damaged: it ends before the line with its size")
+        size = [] if line.startswith(b"%") else line.split(None, 3)
+    is_sparse = form == "coordinate"
+    if len(size) != 2 + is_sparse or not all(_WHOLE.fullmatch(n.decode("latin-1")) for n in size):
+        words = "rows, columns and entries" if is_sparse else "rows and columns"
+        text = shown(b" ".join(size).decode("latin-1"))
+        raise RequestError(f"is damaged: its size {text} must be {words}")
+    shape = [int(size[0]), int(size[1])]
+    _check_size(shape)
+    n = shape[0]
+    count = int(size[2]) if is_sparse else (n * n if symmetry == "general" else n * (n + 1) // 2)
+    width = 2 * is_sparse + (2 if field == "complex" else 1)
+    numbers = _entries(file.read(), count, width)
+    values = numbers[:, -1]
+    if field == "complex":
+        values = numbers[:, -2] + 1j * numbers[:, -1]
+    if is_sparse:
+        places = numbers[:, :2] - 1
+        is_index = (places >= 0) & (places < n) & (places == np.floor(places))
+        if not is_index.all():
+            raise RequestError(f"is damaged: an index is no whole number from 1 to {n}")
+        columns, rows = places[:, 1].astype(np.int64), places[:, 0].astype(np.int64)
+    elif symmetry == "general":
+        columns, rows = (index.ravel() for index in np.indices((n, n)))
+    else:
+        columns, rows = np.triu_indices(n)  # by column, from the diagonal on
+    if symmetry != "general":
+        beside = rows != columns
+        mirrored = values[beside].conj() if symmetry == "hermitian" else values[beside]
+        values = np.concatenate([values, mirrored])
+        rows, columns = (
+            np.concatenate([rows, columns[beside]]),
+            np.concatenate([columns, rows[beside]]),
+        )
+    return Labeled(_coordinates(shape, rows, columns, values), ())
+
+
+_LONGEST_BANNER = 200  # bytes
+
+
+def _entries(body: bytes, count: int, width: int) -> np.ndarray:
+    """Return the numbers below the size line, (count, width)."""
+    body = re.sub(rb"\n\s+", b"\n", body.replace(b"\r", b"\n").strip()).translate(_FORTRAN)
+    lines = body.count(b"\n") + 1 if body else 0
+    if lines != count:
+        raise RequestError(f"is damaged: it states {count} entries, and has {lines} lines of them")
+    if count > MOST_ENTRIES:
+        raise RequestError(f"has {count} entries; allowed: up to {MOST_ENTRIES}")
+    if count == 0:
+        return np.zeros((0, width))
+    if _LONGEST_LINE.search(body):
+        raise RequestError("is damaged: a line is longer than an entry can be")
+    with _in_one_line():
+        numbers = np.loadtxt(io.BytesIO(body), comments=None, ndmin=2)
+    if numbers.shape != (count, width):
+        raise RequestError(
+            f"is damaged: its entries have {numbers.shape[1]} numbers each, not {width}"
+        )
+    return numbers
+
+
+_READERS: Mapping[str, Callable[[str, bytes], Labeled]] = {
+    ".csv": _text,
+    ".txt": _text,
+    ".npy": _npy,
+    ".npz": _npz,
+    ".mtx": _market,
+}

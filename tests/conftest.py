@@ -73,6 +73,10 @@ SECONDS = 3.0
 BUSY = 3.0
 """How many times as long a test may take where the processor is shared."""
 
+COSTS = os.environ.get("TEST_COSTS")
+"""A file to which each test appends its costs: CPU times [s], of processes that have ended and of
+compiling, too. Of the files that `test_plain.py` runs, those are part of its own."""
+
 MANY = 300
 """Tests of a run for which the configurations are compiled beforehand, on all processors."""
 
@@ -141,19 +145,43 @@ def shared_files():
 compiled = {}
 """Kernels that were compiled since the test before, with what they were compiled for before."""
 
+compiling = {}
+"""The kernels that Python calls and this test has compiled, by their names, with CPU times [s]."""
+
 
 @pytest.fixture(scope="session", autouse=True)
 def followed():
-    """Note which of the program's kernels that Python calls are compiled."""
+    """Note which of the program's kernels that Python calls are compiled, and how long."""
     from nlds_vines.kernels.numerics.compiling import Inner, told_of_compilations
+
+    began = {}
 
     def note(kernel):
         ours = str(kernel.place[0]).startswith("nlds_vines.")
         if ours and not isinstance(kernel, Inner):
             compiled.setdefault(kernel, set(kernel.overloads))
+            began[kernel] = time.process_time()
 
-    with told_of_compilations(note):
+    def note_end(kernel):
+        if kernel in began:
+            name = kernel.place[1].removesuffix("_from_python")
+            seconds = time.process_time() - began.pop(kernel)
+            compiling[name] = round(compiling.get(name, 0.0) + seconds, 2)
+
+    with told_of_compilations(note, note_end):
         yield
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_protocol(item):
+    """Note what a test costs, with the fixtures that it is the first to need."""
+    began = spent()
+    compiling.clear()
+    yield
+    if COSTS is not None and os.environ.get("NUMBA_DISABLE_JIT") != "1":
+        costs = {"test": item.nodeid, "seconds": round(spent() - began, 2), "compiling": compiling}
+        with open(COSTS, "a", encoding="utf-8") as file:  # a line is written at once
+            file.write(json.dumps(costs) + "\n")
 
 
 def spent():

@@ -272,6 +272,12 @@ def test_a_section_of_the_gate_waits_for_others_that_stand_above_it():
         assert {*section.after} <= {*names[:place]}, section.name
 
 
+PASSES = """
+echo '$ one'; echo '  (7 s)'; echo '5 passed in 1 s'
+echo '{"test": "tests/a.py::test", "seconds": 12.1, "compiling": {"run_cell": 9.0}}'
+""".strip()
+
+
 def test_a_red_gate_names_the_tests_and_what_repeats_them(tmp_path, capsys):
     """Tests with and without the compiler; the last command of a walk, if it ran no tests."""
     (tmp_path / "log").mkdir()
@@ -279,7 +285,7 @@ def test_a_red_gate_names_the_tests_and_what_repeats_them(tmp_path, capsys):
     for commands, expected in (
         (f"{red}; exit 1", ["'tests/a.py::test[x y]'", "NUMBA_DISABLE_JIT=1", "tests/plain_b.py"]),
         ("echo '$ make all'; echo wrong; exit 3", ["wrong", "repeat: make all"]),
-        ("echo '$ one'; echo '  (7 s)'; echo '5 passed in 1 s'", ["passed: a name", "5 passed"]),
+        (f"{PASSES} >$TEST_COSTS", ["passed: a name", "7  $ one", "5 passed in", "12    tests/a"]),
     ):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(gate, "SECTIONS", (gate.Section("a name", commands),))

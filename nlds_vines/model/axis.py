@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.archives.files import decoded, read_bytes
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import (
     Reordered,
     RequestError,
     at,
     choice,
+    from_text,
     number,
     shown,
     string,
@@ -29,6 +31,7 @@ from nlds_vines.errors import (
 from nlds_vines.model.parameters import DESCRIBED, INITIAL, PARAMETERS, RATIOS, ends_in_words
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
+MOST_BYTES = 1 << 28  # of a file of samples
 MOST_VALUES = 10**7  # more than can be computed, fewer than fill the memory
 _DIGITS = 50  # of a common ratio: its powers are exact to far more digits than a float has
 
@@ -274,17 +277,15 @@ def _checked(table: Mapping[Any, Any]) -> dict[str, np.ndarray]:
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text (UTF-8)"
-        raise RequestError(f"cannot be read: {reason}") from None
-    lines = enumerate(text.splitlines(), start=1)
+    lines = enumerate(decoded(read_bytes(path, MOST_BYTES)).split("\n"), start=1)
     numbered = {i: line for i, line in lines if line.strip() and not line.startswith("#")}
     if not numbered:
         raise RequestError("the file is empty; its first line must name the columns")
     separator = max(",;\t", key=next(iter(numbered.values())).count)
-    heading, *rows = csv.reader(numbered.values(), delimiter=separator)
+    try:
+        heading, *rows = csv.reader(numbered.values(), delimiter=separator)
+    except csv.Error as error:
+        raise RequestError(f"is no table of comma-separated values: {error}") from None
     names = [name.strip() for name in heading]
     if "" in names:
         raise RequestError(
@@ -294,14 +295,14 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise RequestError(f"column {shown(twice)} occurs twice")
-    values = np.empty((len(rows), len(names)))
-    for i, (line, row) in enumerate(zip([*numbered][1:], rows, strict=False)):
+    places = [*numbered][1:]
+    for line, row in zip(places, rows, strict=False):
         if len(row) != len(names):
             raise RequestError(f"line {line} has {len(row)} cells, the heading {len(names)}")
+    values = np.empty((len(rows), len(names)))
+    for i, (line, row) in enumerate(zip(places, rows, strict=False)):
         for j, cell in enumerate(row):
-            try:
-                values[i, j] = float(cell.replace(",", ".") if separator == ";" else cell)
-            except ValueError:
-                place = f"{names[j]} = {shown(cell)} in line {line}"
-                raise RequestError(f"{place} must be a number") from None
+            text = cell.replace(",", ".") if separator == ";" else cell
+            with at(f"line {line}"):
+                values[i, j] = from_text(float, names[j], text)
     return dict(zip(names, values.T, strict=True))

@@ -1,5 +1,7 @@
 """Tables of samples: sets of parameters in place of axes, from arrays, frames and CSV files."""
 
+import os
+
 import numpy as np
 import pytest
 from configurations import USUAL
@@ -99,8 +101,13 @@ def test_files_frames_and_arrays_mean_the_same(tmp_path):
         ("", "t.csv': the file is empty"),
         ("k1,C\n", "0 rows"),
         ("k1,C\n4e4\n", "line 2 has 1 cells, the heading 2"),
-        ("k1,C\n4e4,\n", "C = '' in line 2 must be a number"),
-        ("# a\nk1,C\n4e4,0.05\n5e4,x\n", "C = 'x' in line 4 must be a number"),
+        ("k1,C\n4e4,\n", "line 2: C = '' must be a number"),
+        ("# a\nk1,C\n4e4,0.05\n5e4,x\n", "line 4: C = 'x' must be a number"),
+        ("k1\n4_0000\n", "line 2: k1 = '4_0000' must be a number in the digits 0 to 9"),
+        ("k1\n\u0664\n", "line 2: k1 = '\u0664' must be a number in the digits 0 to 9"),
+        ("k1\n" + "4" * 200_000, "is no table of comma-separated values: field larger than"),
+        ("," * 99_999 + "k1\n" + "1\n" * 99_999, "column 1 has no name"),
+        ("a" + ",a" * 99_999 + "\n" + "1\n" * 99_999, "column 'a' occurs twice"),
         ("k1,C\n4e4,nan\n", "row 1: C = nan must be a finite number"),
         (",k1\n0,4e4\n", "to_csv(..., index=False)"),
         ("k1,k1\n4e4,4e4\n", "column 'k1' occurs twice"),
@@ -111,6 +118,11 @@ def test_faulty_tables_and_files_are_refused(source, words, here, error_of):
     line = error_of(samples_of, written(here / "t.csv", source) if is_file else source)
     assert words in line
     assert ("t.csv" in line) == is_file
+
+
+def test_a_pipe_in_place_of_a_table_is_refused_at_once(here, error_of):
+    os.mkfifo("t.csv")
+    assert "cannot be read: it is no regular file" in error_of(samples_of, "t.csv")
 
 
 @pytest.mark.parametrize(

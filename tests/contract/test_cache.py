@@ -9,6 +9,7 @@ import signal
 import stat
 import time
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import numba
@@ -186,29 +187,55 @@ print(exp(1.0))
 """
 
 
-@pytest.fixture
-def blocked(tmp_path):
-    """Return a function that runs a program, which prints e, where the package takes no cache.
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """Return a folder with a copy of the package that takes no cache.
 
     A file in its place keeps even the superuser from writing one.
     """
-    copied(tmp_path)
-    (tmp_path / "nlds_vines" / "kernels" / "__pycache__").touch()
+    folder = copied(tmp_path_factory.mktemp("package"))
+    (folder / "nlds_vines" / "kernels" / "__pycache__").touch()
+    return folder
+
+
+def run_without_a_cache(package, home, temporary, code=BLOCKED):
+    """Run a program, which prints e, in a folder of `package`; return its errors."""
+    places = {"TMPDIR": str(temporary), "HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache"}
+    environment = {**places, "NUMBA_CACHE_DIR": "", "PYTHONPATH": ""}
+    status, out, err = ran(package, "-B", "-c", code, **environment)
+    assert status == 0, err
+    assert float(out) == pytest.approx(2.718281828459045, rel=1e-15)
+    return err
+
+
+@pytest.fixture
+def blocked(package, tmp_path):
+    """Return `run_without_a_cache` of the package."""
     (tmp_path / "tmp").mkdir()
-
-    def program(home, temporary, code=BLOCKED):
-        places = {"TMPDIR": str(temporary), "HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache"}
-        environment = {**places, "NUMBA_CACHE_DIR": "", "PYTHONPATH": ""}
-        status, out, err = ran(tmp_path, "-B", "-c", code, **environment)
-        assert status == 0, err
-        assert float(out) == pytest.approx(2.718281828459045, rel=1e-15)
-        return err
-
-    return program
+    return partial(run_without_a_cache, package)
 
 
 def compiled_in(folder):
     return list(folder.rglob("*.compiled"))
+
+
+@pytest.fixture(scope="module")
+def cache_of_a_user(package, tmp_path_factory):
+    """Return the home of a user who has run `BLOCKED`, with the usual modes of files."""
+    home = tmp_path_factory.mktemp("user") / "home"
+    before = os.umask(0o022)
+    try:
+        assert run_without_a_cache(package, home, tmp_path_factory.mktemp("tmp")) == ""
+    finally:
+        os.umask(before)
+    assert compiled_in(home)
+    return home
+
+
+@pytest.fixture
+def home(cache_of_a_user, tmp_path):
+    """Return a copy of it."""
+    return Path(shutil.copytree(cache_of_a_user, tmp_path / "home"))
 
 
 def test_then_a_temporary_folder_that_is_named_unless_others_can_write_to_it(blocked, tmp_path):
@@ -230,11 +257,9 @@ def test_then_a_temporary_folder_that_is_named_unless_others_can_write_to_it(blo
 
 
 @pytest.mark.slow("six processes that load the compiler")
-def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, tmp_path):
+def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, home, tmp_path):
     """In all ways, what is compiled for `BLOCKED`; another test has inner kernels, too."""
-    home = tmp_path / "home"
     assert blocked(home, tmp_path / "tmp") == ""
-    assert compiled_in(home)
     assert not compiled_in(tmp_path / "tmp")
     sound = {path: path.read_bytes() for path in compiled_in(home)}
     for kind in DAMAGES:
@@ -261,39 +286,34 @@ OTHER = 4242
 @pytest.mark.slow("processes that load the compiler")
 @pytest.mark.parametrize("kind", ["folder", "files"])
 @pytest.mark.parametrize("who", ["it belongs to another", "its group", "all others"])
-def test_what_others_may_have_written_is_not_read(blocked, tmp_path, kind, who):
+def test_what_others_may_have_written_is_not_read(blocked, home, tmp_path, kind, who):
     if who == "it belongs to another" and os.getuid() != 0:
         pytest.skip("only the superuser gives files to other users")
-    assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
-    (folder,) = {path.parent for path in compiled_in(tmp_path / "home")}
+    (folder,) = {path.parent for path in compiled_in(home)}
     for path in [folder] if kind == "folder" else [*folder.iterdir()]:
         if who == "it belongs to another":
             os.chown(path, OTHER, OTHER)
         else:
             path.chmod(path.stat().st_mode | (0o020 if who == "its group" else 0o002))
     files = {path: path.stat() for path in compiled_in(folder)}
-    err = blocked(tmp_path / "home", tmp_path / "tmp")
+    err = blocked(home, tmp_path / "tmp")
     named = [line for line in err.splitlines() if f"{folder} are not read" in line]
     assert len(named) == 1
     if kind == "folder":  # nothing is written there either
         assert {path: path.stat() for path in compiled_in(folder)} == files
     else:  # they are replaced
-        assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
+        assert blocked(home, tmp_path / "tmp") == ""
 
 
-def test_the_files_of_root_are_read_by_all(blocked, tmp_path):
+def test_the_files_of_root_are_read_by_all(blocked, package, home):
     """What an administrator compiled: the folder cannot be written, its files have usual modes."""
     if os.getuid() != 0:
         pytest.skip("only the superuser becomes another user")
-    before = os.umask(0o022)
-    try:
-        assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
-    finally:
-        os.umask(before)
-    files = compiled_in(tmp_path / "home")
+    files = compiled_in(home)
     assert {stat.S_IMODE(path.stat().st_mode) for path in files} == {0o644}
-    for path in [tmp_path, *tmp_path.parents][:-2]:
-        path.chmod(path.stat().st_mode | 0o055)
+    for path in (package, home):
+        for folder in [path, *path.parents][:-2]:
+            folder.chmod(folder.stat().st_mode | 0o055)
     program = f"""
 import os
 from nlds_vines.kernels.numerics import stored_code
@@ -301,7 +321,7 @@ os.setgid({OTHER}), os.setuid({OTHER})
 read = [stored_code.load(name) for name in {[path.name for path in files]}]
 print(2.718281828459045 if all(read) else 0.0)
 """
-    assert blocked(tmp_path / "home", "/dev/null", program).count("\n") == 1  # its own are lost
+    assert blocked(home, "/dev/null", program).count("\n") == 1  # its own are lost
 
 
 @pytest.mark.parametrize("mask", [0o000, 0o002, 0o027, 0o077])

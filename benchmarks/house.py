@@ -84,19 +84,6 @@ def imports(path: Path, package: Path) -> set[str]:
     return names
 
 
-def graph(package: Path) -> dict[str, set[str]]:
-    """Return the modules of the package that each of its modules imports."""
-    sources, arrows = modules(package), {}
-    for name, path in sources.items():
-        inside = [
-            n.split(".")[1:] for n in imports(path, package) if n.split(".")[0] == package.name
-        ]
-        starts = ([".".join(parts[:n]) for n in range(len(parts), -1, -1)] for parts in inside)
-        arrows[name] = {next(s for s in candidates if s in sources) for candidates in starts}
-        arrows[name] -= {name}
-    return arrows
-
-
 def repeated_constants(package: Path) -> set[str]:
     """Return the constants of the kernels that several modules assign, or that are one letter."""
     homes: dict[str, set[str]] = {}

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import scipy  # whose modules are loaded when they are first used: systems of one mass need none
-from numpy.typing import ArrayLike
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import (
@@ -24,6 +23,7 @@ from nlds_vines.errors import (
     at,
     check_name,
     choice,
+    from_text,
     number,
     shown,
     string,
@@ -33,6 +33,7 @@ from nlds_vines.errors import (
 )
 from nlds_vines.model.host_matrices import (
     MOST_DENSE,
+    MOST_ENTRIES,
     array_of,
     dof_name,
     matrices_of,
@@ -59,17 +60,22 @@ class Host(Outlined):
         path is that of a text (.csv, .txt), of NumPy's .npy or .npz, or of Matrix Market's .mtx.
     C : (n, n) array_like, sparse array, DataFrame or path-like, optional
         Damping [N s/m], symmetric and positive semidefinite; by default 0.
-    ratio : float or sequence of float, optional
-        Modal damping ratio in place of C: one for all modes, or one for each of the lowest modes,
-        the last of which holds for all modes above.
-    rayleigh : (float, float), optional
-        Constants a [1/s] and b [s] of the damping C = a M + b K in place of C.
+    ratio : float, str or sequence of these, optional
+        Modal damping ratio in place of C, 0.02 or "2%": one for all modes, or one for each of the
+        lowest modes, the last of which holds for all modes above.
+    rayleigh : (float, float) or mapping, optional
+        Constants a [1/s] and b [s] of the damping C = a M + b K in place of C; or the two damping
+        ratios at two frequencies that determine them, {"ratios": (0.02, 0.03), "f": (1.0, 8.0)},
+        with f in Hz, or omega in rad/s in its place.
     dofs : sequence of str or int, optional
         Names of the degrees of freedom, or the numbers of their nodes; by default the names of the
         columns of a DataFrame or of a text, otherwise x1, x2 ...
     influence : (n,) array_like, optional
         The displacement of each degree of freedom when the ground moves by 1, by default 1; that of
         a rotation is 0.
+    condense : bool, optional
+        Whether degrees of freedom without mass are condensed: they follow the others statically, as
+        no force acts on them.  By default they are refused.
 
     Attributes
     ----------
@@ -77,15 +83,20 @@ class Host(Outlined):
         The matrices by coordinate, read-only as all arrays of a host.
     dofs : tuple of str
         Names of the degrees of freedom.
+    coordinates : tuple of str
+        Names of the coordinates: the degrees of freedom, without those that were condensed; mode1,
+        mode2 ... of a host that was reduced or made from modes.
+    condensed : tuple of str
+        Names of the degrees of freedom that were condensed, on which no force or damper can act.
     shape : (len(dofs), n) ndarray
         Displacement of the degrees of freedom by coordinate: the identity, unless the host was
-        reduced or made from modes.
+        condensed, reduced or made from modes.
     influence : (len(dofs),) ndarray
         The displacement of each degree of freedom when the ground moves by 1.
     inertia : (n,) ndarray
         Minus the force on each coordinate for a unit acceleration of the ground [kg].
     note : str
-        How the host was reduced; "" if it was not.
+        How the host was condensed and reduced; "" if it was not.
     is_plain : bool
         Whether the coordinates are the degrees of freedom.
 
@@ -113,10 +124,11 @@ class Host(Outlined):
         K: Any,
         C: Any = None,
         *,
-        ratio: ArrayLike | None = None,
-        rayleigh: tuple[float, float] | None = None,
+        ratio: Any = None,
+        rayleigh: Any = None,
         dofs: Sequence[str | int] = (),
         influence: Any = None,
+        condense: bool = False,
     ) -> None:
         if sum(value is not None for value in (C, ratio, rayleigh)) > 1:
             raise RequestError("the damping is stated twice; allowed: one of C, ratio, rayleigh")
@@ -135,16 +147,19 @@ class Host(Outlined):
         moved = np.ones(n) if influence is None else _vector("influence", influence)
         if moved.shape != (n,):
             raise RequestError(f"influence has {moved.size} values for {n} degrees of freedom")
+        self.coordinates = self.dofs
+        self.condensed: tuple[str, ...] = ()
+        self.note = ""
+        self.is_plain = True
         self._shake(moved)
-        self.note, self.is_plain = "", True
-        self.ratio = None if ratio is None else _vector("ratio", _repeated(ratio, 1), least=0.0)
+        self.ratio = None if ratio is None else _ratios("ratio", ratio)
         if rayleigh is not None:
-            values = _vector("rayleigh", rayleigh, least=0.0)
-            if values.size != 2:
-                raise RequestError(f"rayleigh = {shown(rayleigh)} must be two numbers, a and b")
-            self.C = values[0] * self.M + values[1] * self.K
+            a, b = _rayleigh(rayleigh)
+            self.C = a * self.M + b * self.K
+        if truth("condense", condense):
+            self._condense()
         self._refuse_signs()
-        if is_dense:
+        if not scipy.sparse.issparse(self.M):
             self._complete()
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -154,22 +169,59 @@ class Host(Outlined):
             array.setflags(write=False)
         super().__setattr__(name, value)
 
-    def _shake(self, moved: np.ndarray) -> None:
-        self.influence = moved
-        # sums of dense rows are rounded once: the same bits on every processor
-        self.inertia = (
-            self.M @ moved
-            if scipy.sparse.issparse(self.M)
-            else np.array([math.fsum(row) for row in self.M * moved])
-        )
+    def _shake(self, influence: np.ndarray) -> None:
+        """Set the displacement of each degree of freedom when the ground moves by 1."""
+        self.influence = influence
+        places = [self.dofs.index(name) for name in self.condensed]
+        moved = np.delete(influence, places)
+        if scipy.sparse.issparse(self.M):
+            self.inertia = self.M @ moved
+        else:  # sums of dense rows are rounded once: the same bits on every processor
+            self.inertia = np.array([math.fsum(row) for row in self.M * moved])
+
+    def _condense(self) -> None:
+        """Let the degrees of freedom without mass, c, follow the others, r, statically.
+
+        No force acts on them, so that u_c = -K_cc^-1 K_cr u_r; with u = T u_r, the matrices become
+        T^T A T.  This is exact if C has no entry of c, or is proportional to M and K.
+        """
+        columns = scipy.sparse.csc_array(abs(self.M)).sum(axis=0)
+        gone = np.flatnonzero(columns == 0)
+        kept = np.flatnonzero(columns)
+        if gone.size == 0:
+            return
+        if kept.size == 0:
+            raise RequestError("M is 0: no degree of freedom has a mass")
+        if gone.size * kept.size > MOST_ENTRIES:
+            raise RequestError(
+                f"{gone.size} of {len(self.dofs)} degrees of freedom are without mass: too many to "
+                "condense"
+            )
+        T = np.zeros((len(self.dofs), kept.size))
+        T[kept, np.arange(kept.size)] = 1.0
+        T[gone] = -_solved(self.K[np.ix_(gone, gone)], self.K[np.ix_(gone, kept)])
+        for name in ("M", "K", "C"):
+            matrix = getattr(self, name)
+            if matrix is not None:
+                product = T.T @ (matrix @ T)
+                symmetric = (product + product.T) / 2
+                is_dense = kept.size <= MOST_DENSE
+                setattr(self, name, symmetric if is_dense else scipy.sparse.csc_array(symmetric))
+        self.condensed = tuple(self.dofs[i] for i in gone)
+        self.coordinates = tuple(self.dofs[i] for i in kept)
+        self.shape = T
+        self.is_plain = False
+        plural = "s" if gone.size > 1 else ""
+        self.note = f"{gone.size} degree{plural} of freedom without mass condensed"
+        self._shake(self.influence)
 
     def _refuse_signs(self) -> None:
         """Refuse a mass that is not positive, and a negative stiffness or damping."""
-        for name, mass in zip(self.dofs, self.M.diagonal(), strict=True):
+        for name, mass in zip(self.coordinates, self.M.diagonal(), strict=True):
             if mass <= 0:
                 raise RequestError(
                     f"M gives the degree of freedom {name!r} the mass {mass:g}, which must be > 0: "
-                    "add its mass, or condense it statically"
+                    "add its mass, or take condense=True, by which it follows the others statically"
                 )
         if scipy.sparse.issparse(self.M):
             return  # a reduction meets negative eigenvalues
@@ -201,6 +253,7 @@ class Host(Outlined):
         inertia: np.ndarray,
         moved: np.ndarray,
         note: str = "",
+        condensed: Sequence[str] = (),
     ) -> Host:
         """Make the coordinates those of modes, from which `shape` leads to degrees of freedom."""
         sizes, count = (*shape.shape, len(inertia), len(moved)), len(self.K)
@@ -210,6 +263,8 @@ class Host(Outlined):
                 f"not fit {count} modes"
             )
         self.dofs, self.shape, self.inertia = _names(dofs, len(shape)), shape, inertia
+        self.coordinates = tuple(f"mode{i + 1}" for i in range(count))
+        self.condensed = tuple(choice("condensed", name, self.dofs) for name in condensed)
         self.influence, self.note, self.is_plain = moved, note, False
         return self
 
@@ -257,7 +312,7 @@ class Host(Outlined):
                 if f <= 0:
                     raise RequestError(f"f = {f:g} must be > 0 [Hz]")
                 values = {key: number(key, value) for key, value in row["shape"].items()}
-                zeta = number("zeta", row.get("zeta", 0.0))
+                (zeta,) = _ratios("zeta", [row.get("zeta", 0.0)])
                 rows.append((2 * np.pi * f, zeta, values, row.get("participation", 0.0)))
         rows.sort(key=lambda row: row[0])
         rates = np.array([row[0] for row in rows])
@@ -311,6 +366,9 @@ class Host(Outlined):
     def outline(self) -> Rows:
         """Return the names, the lowest frequencies in Hz and their damping ratios."""
         yield "dofs", ", ".join(self.dofs[:8]) + ", ..." * (len(self.dofs) > 8)
+        if self.condensed:
+            names = ", ".join(self.condensed[:8]) + ", ..." * (len(self.condensed) > 8)
+            yield "condensed", f"{names}: without mass, they follow the others statically"
         if not scipy.sparse.issparse(self.M):
             values = self.frequencies[:6] / (2 * np.pi)
             yield "frequencies [Hz]", ", ".join(f"{value:.4g}" for value in values)
@@ -335,6 +393,11 @@ class Host(Outlined):
         rates = np.sum(self._vectors * (self.C @ self._vectors), axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(self._squares > 0, rates / (2 * self.frequencies), np.nan)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The degrees of freedom that forces and dampers may act on: those not condensed."""
+        return tuple(name for name in self.dofs if name not in self.condensed)
 
     def row(self, dof: str) -> np.ndarray:
         """Return the displacement of a degree of freedom by coordinate, (n,).
@@ -449,8 +512,11 @@ class Host(Outlined):
         host = Host(np.eye(V.shape[1]), np.diag(reduced_squares), C, ratio=self.ratio)
         names = ", ".join(statics)
         note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
+        note = f"{self.note}, {note}" if self.condensed else note
         inertia = V.T @ self.inertia
-        return host._in_modes(self.dofs, self.shape @ V, inertia, self.influence, note=note)
+        return host._in_modes(
+            self.dofs, self.shape @ V, inertia, self.influence, note, self.condensed
+        )
 
     def frequency_response(
         self, omega: Any, *, force: Mapping[str, float] | None = None, base: float | None = None
@@ -492,7 +558,7 @@ class Host(Outlined):
         if base is not None:
             load = -number("base", base) * self.inertia
         else:
-            amplitudes = table("force", force, self.dofs)
+            amplitudes = table("force", force, self.places)
             load = sum(
                 (number(f"force.{dof}", P) * self.row(dof) for dof, P in amplitudes.items()),
                 np.zeros(len(self.inertia)),
@@ -688,7 +754,7 @@ def beam(
 # ---- the table [system.host] of a request file ---------------------------------------------------
 
 _READY: Mapping[str, Any] = {make.__name__: make for make in (shear_frame, beam, chain)}
-_OPTIONS = ("ratio", "rayleigh", "dofs", "influence")
+_OPTIONS = ("ratio", "rayleigh", "dofs", "influence", "condense")
 _REDUCTION = ("keep", "below", "statics")
 _KEYS = {  # of the table of a host, by the key that says where it comes from
     "file": ("file", *_OPTIONS, *_REDUCTION),
@@ -697,7 +763,18 @@ _KEYS = {  # of the table of a host, by the key that says where it comes from
     "shear_frame": ("shear_frame", "ratio", "rayleigh", "dofs", *_REDUCTION),
     "beam": ("beam", "ratio", "rayleigh", *_REDUCTION),
     "chain": ("chain", *_OPTIONS, *_REDUCTION),
-    "shape": ("shape", "K", "C", "ratio", "dofs", "influence", "inertia", "note"),
+    "shape": (
+        "shape",
+        "M",
+        "K",
+        "C",
+        "ratio",
+        "dofs",
+        "influence",
+        "inertia",
+        "note",
+        "condensed",
+    ),
 }
 
 
@@ -741,15 +818,22 @@ def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
         _sequence(name, entry[name])
     shape, inertia = _rows("shape", entry["shape"]), _vector("inertia", entry["inertia"])
     moved = _vector("influence", entry.get("influence", np.ones(len(shape))))
-    host = Host(np.eye(len(matrices["K"])), **matrices, ratio=entry.get("ratio"))
-    return host._in_modes(entry["dofs"], shape, inertia, moved, entry.get("note", ""))
+    condensed = _sequence("condensed", entry.get("condensed", []))
+    if "M" not in matrices:
+        matrices["M"] = np.eye(len(matrices["K"]))
+    host = Host(**matrices, ratio=entry.get("ratio"))
+    host._in_modes(entry["dofs"], shape, inertia, moved, entry.get("note", ""), condensed)
+    if "M" in entry:  # condensed, not reduced
+        host.coordinates = host.places
+    return host
 
 
 def table_of(host: Host) -> dict[str, Any]:
     """Return the table that describes exactly a host, by its matrices or by its modes."""
     if scipy.sparse.issparse(host.M):
         raise RequestError(f"a host of {len(host.inertia)} coordinates is too large for a file")
-    values: dict[str, Any] = {"M": _listed(host.M)} if host.is_plain else {}
+    is_modal = host.coordinates != host.places
+    values: dict[str, Any] = {} if is_modal else {"M": _listed(host.M)}
     values["K"], C = _listed(host.K), np.asarray(host.C)
     if host.ratio is not None:
         values["ratio"] = host.ratio.tolist()
@@ -759,6 +843,8 @@ def table_of(host: Host) -> dict[str, Any]:
     if not host.is_plain:
         values |= {"inertia": host.inertia.tolist(), "shape": host.shape.tolist()}
         values["note"] = host.note
+    if host.condensed:
+        values["condensed"] = list(host.condensed)
     return values
 
 
@@ -774,7 +860,7 @@ def with_stiffness(host: Host, factor: float) -> Host:
 def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
     """Return a host whose degrees of freedom move by `influence` when the ground moves by 1."""
     table("influence", influence, host.dofs)
-    if not host.is_plain:
+    if host.coordinates != host.places:
         raise RequestError(
             "influence: the coordinates are modes; state it where the host is made, "
             "nv.Host(..., influence=[...])"
@@ -847,6 +933,78 @@ def _sequence(name: str, values: Any) -> tuple[Any, ...]:
 def _repeated(value: Any, count: int) -> Any:
     """Return several numbers as they are, one number `count` times."""
     return value if isinstance(value, Sequence | np.ndarray) else [value] * count
+
+
+def _ratios(name: str, value: Any) -> np.ndarray:
+    """Return damping ratios, each a number below 1 or a percentage, "2%"."""
+    values = list(value) if isinstance(value, list | tuple | np.ndarray) else [value]
+    for i, one in enumerate(values):
+        if isinstance(one, str):
+            if not one.endswith("%"):
+                raise RequestError(f"{name} = {shown(one)} must be a number, or as '2%'")
+            values[i] = from_text(float, name, one[:-1]) / 100.0
+    ratios = _vector(name, values, least=0.0)
+    large = ratios[ratios >= 1.0]
+    if large.size:
+        raise RequestError(
+            f"{name} = {large[0]:g} is {100 * large[0]:g} % of critical damping; allowed: below 1. "
+            f"{large[0]:g} % is {large[0] / 100:g} or '{large[0]:g}%'"
+        )
+    return ratios
+
+
+def _rayleigh(value: Any) -> tuple[float, float]:
+    """Return a [1/s] and b [s] of C = a M + b K, stated or by two damping ratios at frequencies.
+
+    A mode of the frequency w has the damping ratio (a / w + b w) / 2.
+    """
+    if not isinstance(value, Mapping):
+        constants = _vector("rayleigh", value, least=0.0)
+        if constants.size != 2:
+            raise RequestError(
+                f"rayleigh = {shown(value)} must be two numbers, a and b, or ratios and f"
+            )
+        return float(constants[0]), float(constants[1])
+    with at("rayleigh"):
+        entries = table("rayleigh", value, ("ratios", "f", "omega"), ["ratios"])
+        if ("f" in entries) == ("omega" in entries):
+            raise RequestError("give one of f [Hz] and omega [rad/s], the two frequencies")
+        key = "f" if "f" in entries else "omega"
+        ratios = _ratios("ratios", entries["ratios"])
+        frequencies = _vector(key, entries[key], least=0.0)
+        if ratios.size != 2 or frequencies.size != 2 or frequencies[0] == frequencies[1]:
+            raise RequestError(f"ratios and {key} must be two numbers each, {key} different ones")
+        omega = frequencies if key == "omega" else 2 * np.pi * frequencies
+        with np.errstate(all="ignore"):
+            matrix = np.stack([0.5 / omega, 0.5 * omega], axis=1)
+            if not np.isfinite(matrix).all():
+                raise RequestError(f"{key} = {shown(entries[key])} must be > 0")
+            a, b = np.linalg.solve(matrix, ratios)
+        if a < 0 or b < 0:
+            raise RequestError(
+                f"these ratios need a = {a:g} and b = {b:g}, which must be >= 0: give ratio in its "
+                "place, with one value for each mode"
+            )
+        return float(a), float(b)
+
+
+def _solved(matrix: Any, right: Any) -> np.ndarray:
+    """Return the displacements that forces `right` cause; refuse a mechanism."""
+    try:
+        if scipy.sparse.issparse(matrix):
+            from scipy.sparse.linalg import splu
+
+            solution = splu(matrix.tocsc()).solve(right.toarray())
+        else:
+            factor = scipy.linalg.cho_factor(matrix)
+            solution = scipy.linalg.cho_solve(factor, right)
+    except (scipy.linalg.LinAlgError, RuntimeError):  # RuntimeError: of a sparse singular matrix
+        solution = np.full(right.shape, np.nan)
+    if not np.isfinite(solution).all():
+        raise RequestError(
+            "degrees of freedom without mass cannot be condensed: K leaves them free to move"
+        )
+    return solution
 
 
 def _names(dofs: Sequence[str | int], count: int) -> tuple[str, ...]:

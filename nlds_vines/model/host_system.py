@@ -357,9 +357,7 @@ class HostSystem(Outlined):
         Each name stands for a displacement, and v_name for its rate.  If the host was reduced or
         made from modes its coordinates are mode1, mode2 ...: `host.shape` leads to displacements.
         """
-        count = len(self.host.inertia)
-        is_plain = self.host.is_plain
-        names = self.host.dofs if is_plain else [f"mode{i + 1}" for i in range(count)]
+        names = self.host.coordinates
         masses = [damper.name for damper in self.masses]
         walls = [(damper.name, wall) for damper in self.dampers for wall in damper.walls]
         sides = {wall.side for _, wall in walls}
@@ -443,7 +441,7 @@ class HostSystem(Outlined):
     def allowed(self) -> tuple[str, ...]:
         """The names of all numbers that `with_` replaces, and that an axis may have."""
         of_dampers = (f"{damper.name}.{k}" for damper in self.dampers for k in damper.allowed)
-        forces = (f"{FORCE}.{dof}" for dof in self.host.dofs)
+        forces = (f"{FORCE}.{dof}" for dof in self.host.places)
         return (*of_dampers, *forces, GROUND, "omega", "f")
 
     def parts(self, name: str) -> tuple[str, ...]:
@@ -454,7 +452,7 @@ class HostSystem(Outlined):
         owner, key, side = split_name(name)
         damper = next((damper for damper in self.dampers if damper.name == owner), None)
         if owner == FORCE and key:
-            choice("degree of freedom", key, self.host.dofs)
+            choice("degree of freedom", key, self.host.places)
         elif damper and key and key + side not in (*damper.allowed, PLACE):
             with at(f"damper {owner!r}"):
                 keys = [key for key in damper.allowed if key[-1] not in SIDES]
@@ -672,7 +670,7 @@ class HostSystem(Outlined):
             if load.on is not None:
                 raise RequestError("on: the loads move the ground, and no degree of freedom else")
             return replace(self, force=MappingProxyType({}), acceleration=-1.0)
-        dofs, on = self.host.dofs, load.on
+        dofs, on = self.host.places, load.on
         if on is None:
             if len(dofs) > 1:
                 names = ", ".join(dofs)
@@ -714,7 +712,7 @@ def system_from_host(
         acceleration = number("acceleration", base.get("acceleration"))
     else:
         for dof, P in table("force", force).items():
-            choice("degree of freedom of the force", dof, host.dofs)
+            choice("degree of freedom of the force", dof, host.places)
             forces[dof] = number(f"force.{dof}", P)
     if not _are(Damper, dampers):
         raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
@@ -791,7 +789,7 @@ def check_places(host: Host, dampers: Sequence[Damper]) -> None:
         names.append(damper.name)
         with at(f"damper {damper.name!r}"):
             for i, place in enumerate(damper.places):
-                choice("attached_to", place, (*host.dofs, GROUND) if i else host.dofs)
+                choice("attached_to", place, (*host.places, GROUND) if i else host.places)
                 if place != GROUND and not np.any(host.row(place)):
                     raise RequestError(
                         f"no mode of the host moves {place!r}: keep more modes, or its static "

@@ -69,6 +69,70 @@ def test_damping_is_that_of_the_ratios_of_rayleigh_or_of_the_matrix():
     assert nv.Host(M, K).damping_ratios.max() == 0
 
 
+def test_ratios_may_be_percentages_and_rayleigh_damping_two_ratios_at_two_frequencies():
+    M, K = FRAME.M, FRAME.K
+    assert nv.Host(M, K, ratio="2%").ratio.tolist() == [0.02]
+    assert nv.Host(M, K, ratio=["1%", 0.03]).ratio.tolist() == [0.01, 0.03]
+    modes = [{"f": 1.0, "zeta": "0.5%", "shape": {"tip": 1.0}}]
+    assert nv.Host.from_modes(modes).damping_ratios == pytest.approx([0.005])
+    # two modes of these frequencies have these ratios
+    f = np.array([1.0, 8.0])
+    for key, values in (("f", f), ("omega", 2 * np.pi * f)):
+        table = {"ratios": ("2%", 0.03), key: values.tolist()}
+        host = nv.Host(np.eye(2), np.diag((2 * np.pi * f) ** 2), rayleigh=table)
+        assert host.damping_ratios == pytest.approx([0.02, 0.03], rel=1e-12)
+
+
+def massless(n, gone, seed):
+    """Return M without the masses of `gone`, and a random stiffness."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(n, n))
+    masses = rng.uniform(1, 3, n)
+    masses[gone] = 0.0
+    return np.diag(masses), root @ root.T + n * np.eye(n)
+
+
+def test_a_massless_node_between_two_springs_is_a_spring_of_half_the_stiffness():
+    m, k = 3.0, 50.0
+    M = np.diag([0.0, m])
+    K = np.array([[2 * k, -k], [-k, k]])
+    host = nv.Host(M, K, dofs=["joint", "top"], condense=True)
+    assert host.frequencies == pytest.approx([np.sqrt(k / 2 / m)], rel=1e-14)
+    assert (host.coordinates, host.condensed) == (("top",), ("joint",))
+    assert host.shape[:, 0].tolist() == [0.5, 1.0]
+    assert host.heading() == "2 degrees of freedom, 1 degree of freedom without mass condensed"
+    assert "condensed: joint: without mass, they follow the others statically" in repr(host)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_condensing_changes_no_response_to_forces_on_masses(large, monkeypatch):
+    if large:
+        monkeypatch.setattr("nlds_vines.model.host_matrices.MOST_DENSE", 8)
+        monkeypatch.setattr("nlds_vines.model.host.MOST_DENSE", 8)
+    gone, a, b = [1, 4, 5], 0.02, 0.003
+    M, K = massless(9, gone, seed=3)
+    C = a * M + b * K
+    moved = np.arange(9.0)
+    given = (M, K, C) if not large else tuple(map(scipy.sparse.csr_array, (M, K, C)))
+    host = nv.Host(*given, influence=moved, condense=True)
+    assert host.condensed == ("x2", "x5", "x6")
+    force = np.zeros(9)
+    force[[0, 3]] = 2.0, -1.0
+    for omega in (0.0, 1.7, 6.0):
+        impedance = K - omega**2 * M + 1j * omega * C
+        exact = np.linalg.solve(impedance, force)
+        named = {"x1": 2.0, "x4": -1.0}
+        assert host.frequency_response(omega, force=named) == pytest.approx(exact, rel=1e-10)
+        exact = np.linalg.solve(impedance, -0.3 * M @ moved)
+        assert host.frequency_response(omega, base=0.3) == pytest.approx(exact, rel=1e-10)
+    reduced = host.reduced(6)
+    assert reduced.condensed == host.condensed
+    assert reduced.frequency_response(1.7, force=named) == pytest.approx(
+        host.frequency_response(1.7, force=named), rel=1e-9
+    )
+    assert nv.Host(K, K, condense=True).is_plain
+
+
 def test_the_response_solves_the_equation_of_motion():
     omega = np.array([[0.0, 3.0], [8.0, 21.0]])
     X = FRAME.frequency_response(omega, force={"roof": 800.0, "floor3": -20.0})
@@ -162,6 +226,22 @@ EYE = np.eye(2)
         ({"C": -EYE}, "C must be positive semidefinite"),
         ({"C": EYE, "ratio": 0.1}, "the damping is stated twice"),
         ({"ratio": -0.1}, "ratio = .* must be finite numbers >= 0"),
+        ({"ratio": 2}, r"ratio = 2 is 200 % of critical damping; .* 2 % is 0.02 or '2%'"),
+        ({"ratio": "300%"}, "ratio = 3 is 300 % of critical damping"),
+        ({"ratio": "2"}, "ratio = '2' must be a number, or as '2%'"),
+        ({"ratio": "nan%"}, "must be finite numbers >= 0"),
+        ({"rayleigh": {"ratios": [0.02, 0.03]}}, r"give one of f \[Hz\] and omega \[rad/s\]"),
+        ({"rayleigh": {"ratios": [0.02], "f": [1, 8]}}, "ratios and f must be two numbers each"),
+        ({"rayleigh": {"ratios": [2, 3], "f": [1, 8]}}, "rayleigh: ratios = 2 is 200 %"),
+        ({"rayleigh": {"ratios": [0.02, 0.03], "f": [0, 8]}}, r"f = \[0, 8\] must be > 0"),
+        ({"rayleigh": {"ratios": [0.02, 0.001], "f": [1, 8]}}, "which must be >= 0: give ratio"),
+        ({"rayleigh": {"ratio": 0.02, "f": [1, 8]}}, "did you mean 'ratios'"),
+        ({"condense": "yes"}, "condense = 'yes' must be true or false"),
+        ({"M": np.zeros((2, 2)), "condense": True}, "no degree of freedom has a mass"),
+        (
+            {"M": np.diag([1, 0]), "K": np.diag([1, 0]), "condense": True},
+            "degrees of freedom without mass cannot be condensed: K leaves them free to move",
+        ),
         ({"rayleigh": (1, 2, 3)}, "must be two numbers"),
         ({"dofs": ["a", "a"]}, "dofs = .* must be 2 different names"),
         ({"dofs": ["a.b", "c"]}, "dofs = 'a.b' must be a text without"),

@@ -29,6 +29,9 @@ HOSTS = {
         [{"f": 1 / 3, "zeta": 0.01, "shape": {"tip": 2.0, "mid": 0.1}, "participation": 0.3}]
     ),
 }
+LIGHT = np.diag([1e4, 1.1e4, 0.0, 0.9e4]), 1e6 * (4 * np.eye(4) - np.ones((4, 4)) / 2)
+NODES = nv.Host(*LIGHT, ratio="1%", dofs=[1, 2, 3, 4], influence=[1, 1, 1, 0], condense=True)
+HOSTS |= {"condensed": NODES, "condensed and reduced": NODES.reduced(2)}
 FILE = """
 title = "A frame"
 [system]
@@ -75,9 +78,8 @@ def test_a_file_holds_exactly_the_system(name):
         assert other.to_table() == system.to_table()
         for matrix in ("M", "K", "C", "shape", "inertia", "frequencies"):
             assert np.array_equal(getattr(other.host, matrix), getattr(host, matrix)), matrix
-        assert (other.host.dofs, other.host.note, other.host.is_plain) == (
-            host.dofs, host.note, host.is_plain,
-        )  # fmt: skip
+        for word in ("dofs", "coordinates", "condensed", "note", "is_plain"):
+            assert getattr(other.host, word) == getattr(host, word), word
         assert np.array_equal(other.push(), system.push())
         assert np.array_equal(other.rows(), system.rows())
         assert (other.name, other.omega) == ("it", math.pi)
@@ -118,6 +120,17 @@ def test_hosts_of_files_matrices_modes_and_beams_are_those_of_python(tmp_path):
     strip = {"length": 1.0, "bending_stiffness": 65.6, "mass_per_length": 1.18, "elements": 4}
     for table, host in (
         ({"file": path, "ratio": 0.1}, nv.Host.from_file(path, ratio=0.1)),
+        (
+            {
+                "M": LIGHT[0].tolist(),
+                "K": LIGHT[1].tolist(),
+                "dofs": [1, 2, 3, 4],
+                "influence": [1, 1, 1, 0],
+                "ratio": "1%",
+                "condense": True,
+            },
+            NODES,
+        ),
         ({"M": [2, 3], "K": [[5, -1], [-1, 5]]}, nv.Host(np.diag([2, 3]), [[5, -1], [-1, 5]])),
         ({"modes": modes}, nv.Host.from_modes(modes)),
         ({"beam": strip, "keep": 3}, nv.beam(1.0, 65.6, 1.18, elements=4).reduced(3)),
@@ -129,6 +142,24 @@ def test_hosts_of_files_matrices_modes_and_beams_are_those_of_python(tmp_path):
     document["host"]["keep"] = 1
     note = any_system_from(document).host.note
     assert note == "1 of 3 modes and the static response of roof, floor2"
+
+
+def test_forces_and_dampers_act_on_degrees_of_freedom_with_a_mass(error_of):
+    """Those that were condensed follow the others, as if no force acted on them."""
+    ball = nv.Damper("ball", "3", m=0.5)
+    for host in (NODES, NODES.reduced(2, statics=["4"])):
+        line = error_of(nv.System.from_host, host, [ball], force={"1": 1.0}, omega=1.0)
+        assert "unknown attached_to '3'; allowed: 1, 2, 4" in line
+        line = error_of(nv.System.from_host, host, [], force={"3": 1.0}, omega=1.0)
+        assert "unknown degree of freedom of the force '3'; allowed: 1, 2, 4" in line
+        assert "unknown key '3'" in error_of(host.frequency_response, 1.0, force={"3": 1.0})
+    system = nv.System.from_host(NODES, [], force={"1": 1.0}, omega=1.0)
+    assert system.scene.components[::2] == ("1", "2", "4")
+    assert "force.3" not in system.allowed
+    # it follows the others by the third row of K, whose forces add up to 0
+    row, moved = system.displacement("3")
+    assert row == pytest.approx(-LIGHT[1][2, [0, 1, 3]] / LIGHT[1][2, 2], rel=1e-14)
+    assert moved == 1.0
 
 
 def test_the_ground_moves_some_degrees_of_freedom():

@@ -82,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     status = exit_status_of("", work)
     if argv is None:  # this process is the command
-        interrupts.exit_status = status
+        interrupts.end_with(status)
     return status
 
 

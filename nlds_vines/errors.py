@@ -12,6 +12,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from importlib import import_module
 from typing import Any, TypeVar
 
@@ -52,6 +53,31 @@ class RequestError(ValueError):
         ...
     nlds_vines.errors.RequestError: m2 = -1.0 is not allowed: ... must be > 0 and finite
     """
+
+
+_is_command: ContextVar[bool] = ContextVar("whether a command is carried out", default=False)
+
+
+@contextmanager
+def as_command() -> Iterator[None]:
+    """Let messages in the `with` block name options as a command has them (`option`)."""
+    token = _is_command.set(True)
+    try:
+        yield
+    finally:
+        _is_command.reset(token)
+
+
+def is_command() -> bool:
+    """Return True if a command is carried out, False for a call in Python."""
+    return _is_command.get()
+
+
+def option(name: str, value: object = True) -> str:
+    """Return an option as its user gives it: `--resume` to a command, `resume=True` in Python."""
+    if is_command():
+        return f"--{name}" if value is True else f"--{name} {value}"
+    return f"{name}={value}"
 
 
 @contextmanager

@@ -181,7 +181,8 @@ class _Job:
         """Compute an archive unless it is there; return how many of its orbits failed."""
         from nlds_vines.archives.archive import read
 
-        done, began = path.exists() and not self.how.overwrite, time.perf_counter()
+        done = not self.how.overwrite and Blocks(path, request).is_delivered()
+        began = time.perf_counter()
         how = replace(self.how, quiet=True)
         TASKS[request.content].part("run").run(request, path, how, self.cached)
         seconds = time.perf_counter() - began
@@ -227,7 +228,9 @@ class _Job:
         for request in self.requests:
             orbits = request.computed.lanes if request.computed else 1
             lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
-        there = 0 if self.how.overwrite else sum(path.exists() for path in self.archives)
+        there = 0
+        if not self.how.overwrite:
+            there = sum(Blocks(*item).is_delivered() for item in self.archives.items())
         scans = [scan for request in self.requests for scan in request.scans.values()]
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in scans)
         count = f"{len(self.archives)} archives, {todo} forcing periods"

@@ -51,13 +51,13 @@ def stored(scan, arrays):
 
 def written(path, scan, blocks, results, **how):
     """Do a run of a scan whose blocks have these results; return the path of its archive."""
-    from nlds_vines.bifurcation.run import writer_of  # which loads the kernels
+    from nlds_vines.bifurcation.run import expected_of, writer_of  # which loads the kernels
 
     store = Blocks(path, scan)
 
     def work():
         for block in blocks:
-            if store.load(block.index) is None:
+            if store.load(block.index, expected_of(scan, block)) is None:
                 store.save(block.index, stored(scan, results(block)))
         return writer_of(scan, store, blocks)
 

@@ -19,6 +19,7 @@ from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, at, from_text, shown, whole
 from nlds_vines.model.catalog import as_system
 from nlds_vines.model.system import System
+from nlds_vines.runs.progress import brief
 
 if TYPE_CHECKING:
     from nlds_vines.accuracy.measure import Reference, Result
@@ -118,7 +119,7 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
         f"{title}. Error of the state after {truth.periods} forcing periods, "
         f"CPU time of a period. Regime: {truth.label}. Reference: exact, refined; rk4 at "
         f"16384 steps is {truth.uncertainty:.0e} from it. A disturbance of the start has grown "
-        f"{truth.growth:.2g} times by then."
+        f"{brief(truth.growth)} times by then."
     )
     yield from textwrap.wrap(text, 100)
     yield ""
@@ -130,8 +131,7 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
         if not one.failure:
             is_resolved = one.error > truth.uncertainty
             error = f"{one.error:.1e}" if is_resolved else f"< {truth.uncertainty:.0e}"
-            time = 1e6 * one.seconds
-            numbers = error, f"{time:.3g} us" if time < 1000.0 else f"{time:.0f} us"
+            numbers = error, f"{brief(1e6 * one.seconds)} us"
         rows.append((one.method, setting, *numbers))
     yield from table(head, rows, (2, 3))
     yield ""
@@ -141,7 +141,7 @@ def lines(title: str, truth: Reference, results: Sequence[Result], want: float) 
     else:
         name = "period_steps" if best.method == "rk4" else "tolerance"
         code = f'`method = "{best.method}", {name} = {best.setting:g}`'
-        yield f"{what}: {code} ({best.error:.1e} at {1e6 * best.seconds:.3g} us a period)."
+        yield f"{what}: {code} ({best.error:.1e} at {brief(1e6 * best.seconds)} us a period)."
 
 
 main = Command(

@@ -18,6 +18,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.records import JUDGED, noted, touches_noted
+from nlds_vines.runs import progress
 from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
@@ -126,8 +127,8 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
     free = free_memory()
     if free is not None and needed > free:
         raise RequestError(
-            f"the scan needs {_gigabytes(needed)} of memory for a block of orbits, "
-            f"{_gigabytes(free)} are free: record less, sample fewer periods or begin fewer orbits"
+            f"the scan needs {_size(needed)} of memory for a block of orbits, "
+            f"{_size(free)} are free: record less, sample fewer periods or begin fewer orbits"
         )
     saved = sum(
         file.stat().st_size
@@ -136,10 +137,10 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
     needed, free = 2 * scan.table.most_bytes - saved, free_disk(archive.parent)
     if free is not None and needed > free:
         raise RequestError(
-            f"the scan needs up to {_gigabytes(needed)} on the disk of {str(archive)!r}, blocks "
-            f"and archive, {_gigabytes(free)} are free: record less, or -o names another disk"
+            f"the scan needs up to {_size(needed)} on the disk of {str(archive)!r}, blocks "
+            f"and archive, {_size(free)} are free: record less, or take another disk"
         )
 
 
-def _gigabytes(count: int) -> str:
-    return f"{max(count, 0) / 1e9:.3g} GB"
+def _size(count: int) -> str:
+    return progress.size(max(count, 0))

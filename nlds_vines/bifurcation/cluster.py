@@ -13,7 +13,7 @@ from concurrent.futures import CancelledError, Executor
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, option, shown
 
 CONNECT_SECONDS = 30.0  # seconds to reach a scheduler
 
@@ -30,8 +30,8 @@ def workers(scheduler: str, threads: int | None) -> Iterator[Executor]:
         with _client(scheduler, threads) as client:
             yield client.get_executor(pure=False)
     except CancelledError:
-        text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
-        raise RequestError(text) from None
+        gone = f"{option('scheduler', shown(scheduler))} is gone"
+        raise RequestError(f"{gone}; {option('resume')} goes on elsewhere") from None
     finally:
         logging.disable(before)
 
@@ -44,7 +44,7 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
         from distributed.config import dask
     except ImportError as error:
         text = "needs Dask: pip install 'nlds-vines[cluster]'"
-        raise RequestError(f"--scheduler {scheduler} {text}") from error
+        raise RequestError(f"{option('scheduler', shown(scheduler))} {text}") from error
     with ExitStack() as stack:
         address: Any = scheduler
         if scheduler.startswith("local:"):
@@ -75,7 +75,7 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
             client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
             # a TypeError: without a certificate for an address `tls://`
-            text = f"--scheduler {shown(scheduler)} cannot be reached"
+            text = f"{option('scheduler', shown(scheduler))} cannot be reached"
             raise RequestError(f"{text}: {error}") from error
         stack.enter_context(client)
         stack.enter_context(client.as_current())
@@ -90,6 +90,6 @@ def _security() -> Any:
         return Security.temporary()
     except ImportError as error:  # it needs the package `cryptography`
         raise RequestError(
-            "--scheduler local:N needs a certificate that keeps other users out: "
+            f"{option('scheduler', 'local:N')} needs a certificate that keeps other users out: "
             "pip install 'nlds-vines[cluster]', which brings cryptography"
         ) from error

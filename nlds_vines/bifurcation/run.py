@@ -28,7 +28,7 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, option
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
@@ -41,7 +41,7 @@ from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
-from nlds_vines.runs.store import Arrays, Blocks, Write
+from nlds_vines.runs.store import Arrays, Blocks, Expected, Write
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.attractors import OrbitEnds
@@ -300,7 +300,7 @@ def run(
     def work() -> Write | None:
         left = []
         for block in selected:
-            arrays = store.load(block.index)
+            arrays = store.load(block.index, expected_of(request, block))
             if arrays is None:
                 left.append(block)
             else:
@@ -331,7 +331,7 @@ def run(
                 use_threads(how.threads)  # workers that are threads of this process took others
         report.missing = len(store.missing(block.index for block in every))
         if report.missing and how.shard is None and not store.is_delivered():
-            text = "blocks have vanished: --resume computes them again"
+            text = f"blocks have vanished: {option('resume')} computes them again"
             raise RequestError(f"{store.folder}: {report.missing} {text}")
         return None if report.missing else writer_of(request, store, every)
 
@@ -343,6 +343,15 @@ def run(
         report.missing = 0
     report.seconds = time.perf_counter() - began - (Compilation.waited - waited)
     return report
+
+
+def expected_of(request: Scan | CurveRequest, block: Block) -> Expected:
+    """Return the types and shapes of the datasets of a block."""
+    table, shape = request.table, block.shape
+    return {
+        name: (entry.dtype, (*shape, *table.shape(name)[len(shape) :]))
+        for name, entry in table.datasets.items()
+    }
 
 
 def _save(
@@ -400,7 +409,7 @@ def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Bloc
     def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:
         for block in blocks:
             interrupts.check()
-            arrays = store.load(block.index)
+            arrays = store.load(block.index, expected_of(request, block))
             if arrays is None:
                 raise FileNotFoundError(f"block {block.index} is missing")
             yield block, arrays

@@ -71,7 +71,7 @@ class Command:
 
         status = exit_status_of(self.name, work)
         if argv is None:  # this process is the command
-            interrupts.exit_status = status
+            interrupts.end_with(status)
         return status
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.archives.files import open_regular, protection
 from nlds_vines.cli.options import Parser
-from nlds_vines.errors import RequestError, refuse_bytes, shown, whole
+from nlds_vines.errors import RequestError, is_command, option, refuse_bytes, shown, truth, whole
 from nlds_vines.runs.executors import MOST_THREADS, Shard, most_threads
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")  # by which kinds of pictures are chose
 ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")  # HDF5 files, which netCDF-4 reads, too
 _MOST_BYTES = 1 << 28  # of a picture or a page (256 MB): what is larger is none of ours
 _MOST_WORKERS = 1024  # processes of --scheduler local:N
+
+_SCHEDULERS = "local:N or an address such as tcp://node7:8786"
 
 _EXCLUSIVE = (
     ("resume", "overwrite", "give one of them"),
@@ -56,18 +58,29 @@ class RunOptions:
         """Raise `RequestError` for wrong options and an environment that loads no kernel."""
         if self.threads is not None:
             whole("threads", self.threads, 1, MOST_THREADS)
+        for name in ("resume", "overwrite", "quiet"):
+            truth(name, getattr(self, name))
+        if self.scheduler is not None and not isinstance(self.scheduler, str):
+            raise RequestError(f"scheduler = {shown(self.scheduler)} must be a text: {_SCHEDULERS}")
+        if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
+            raise RequestError(
+                f"executor = {shown(self.executor)} must be an executor of concurrent.futures"
+            )
+        dashes = "--" if is_command() else ""
         for one, other, why in _EXCLUSIVE:
-            if getattr(self, one) and getattr(self, other):
-                raise RequestError(f"--{one} and --{other} exclude each other: {why}")
+            given = [name for name in (one, other) if getattr(self, name) not in (None, False)]
+            if len(given) == 2:
+                names = f"{dashes}{one} and {dashes}{other}"
+                raise RequestError(f"{names} exclude each other: {why}")
         if (text := self.scheduler) is not None and text.startswith("local:"):
             count = text.removeprefix("local:")
             number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
-            whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
+            whole(f"N of {option('scheduler', 'local:N')}", number, 1, _MOST_WORKERS)
         elif text is not None:
             address = re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:([0-9]{1,5})", text)
             if not (address and 1 <= int(address[2]) <= 65535):
-                allowed = "local:N or an address such as tcp://node7:8786"
-                raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
+                flag = option("scheduler", shown(text))
+                raise RequestError(f"{flag} must be {_SCHEDULERS}")
         most_threads()
 
 
@@ -184,6 +197,5 @@ def refuse_replacing(what: str, path: Path | None, overwrite: bool, mark: str = 
                     return
         except (OSError, ValueError):
             pass
-    raise RequestError(
-        f"{what} {shown(str(path))} exists: --overwrite replaces it, another name keeps it"
-    )
+    words = f"{option('overwrite')} replaces it, another name keeps it"
+    raise RequestError(f"{what} {shown(str(path))} exists: {words}")

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 
-from nlds_vines.errors import RequestError, printable
+from nlds_vines.errors import RequestError, as_command, printable
 from nlds_vines.runs import interrupts
 
 # exit statuses, beside those of `interrupts`
@@ -19,7 +19,7 @@ def exit_status_of(name: str, work: Callable[[], int]) -> int:
     _open_streams()
     try:
         try:
-            with interrupts.terminated_like_interrupted():
+            with interrupts.raise_on_signals(), as_command():
                 status = work()
         except SystemExit as stop:  # argparse after --help
             status = int(stop.code or DONE)

@@ -183,6 +183,11 @@ def entries(owner: Any, table: str) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value not in (None, ())}
 
 
+# the keys of a system's table that change numbers, and those that do not
+_OF_NUMBERS = ("kind", "parameters", "law", "law_2", "host", "dampers", "force")
+_OF_TEXTS = ("name", "title", "sources", "assumptions")
+
+
 class Request(Outlined):
     """A request of a task: a frozen dataclass whose fields are the settings of its file."""
 
@@ -200,11 +205,14 @@ class Request(Outlined):
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of the canonical TOML without titles and sources, which do not change numbers."""
+        """SHA-256 of the canonical TOML without titles and sources, which do not change numbers.
+
+        Raises `RequestError` for a key of a system that neither changes numbers nor is a text.
+        """
 
         def counted(system: Document) -> Document:
-            counts = ("kind", "parameters", "law", "law_2", "host", "dampers", "force")
-            return {key: system[key] for key in counts if key in system}
+            table("system", system, (*_OF_NUMBERS, *_OF_TEXTS))
+            return {key: system[key] for key in _OF_NUMBERS if key in system}
 
         document = {**self.document(), "title": ""}
         if "system" in document:

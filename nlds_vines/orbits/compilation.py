@@ -120,8 +120,8 @@ class Compilation:
         free = free_memory()
         if free is not None and free < MEMORY:
             raise RequestError(
-                f"compiling the kernels takes {MEMORY / 1e9:.2g} GB of memory, "
-                f"{max(free, 0) / 1e9:.2g} GB are free: a run where there is more fills the cache"
+                f"compiling the kernels takes {progress.size(MEMORY)} of memory, "
+                f"{progress.size(max(free, 0))} are free: a run where there is more fills the cache"
             )
         self._began = time.perf_counter()
         names = kernels_of(self._needed.want)

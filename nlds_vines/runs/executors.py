@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, option, shown
 from nlds_vines.runs import interrupts
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def as_finished(
                     if failures[item] == MOST_TRIES:
                         raise RequestError(
                             f"block {item} has failed {MOST_TRIES} times, at last: "
-                            f"{type(error).__name__}: {error}; --resume tries again"
+                            f"{type(error).__name__}: {error}; {option('resume')} tries again"
                         ) from error
                     waiting.appendleft(item)
                 else:
@@ -154,7 +154,7 @@ def as_finished(
                 text = f"no block has been finished for {reported - finished:.0f} s"
                 print(text, file=sys.stderr, flush=True)
     except BrokenExecutor as error:  # by `submit`, too, if the executor already knows
-        raise RequestError(f"a worker has died: {error}; --resume goes on") from error
+        raise RequestError(f"a worker has died: {error}; {option('resume')} goes on") from error
     finally:
         for future in under_way:
             future.cancel()

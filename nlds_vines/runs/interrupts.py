@@ -2,7 +2,8 @@
 
 Compiled loops and the compiler see no signals.  So work runs in a thread beside the main one
 (`stoppable`), which waits for it and looks at the clock.  After Ctrl-C or SIGTERM the work has
-`GRACE` to end; then it is abandoned.
+`GRACE` to end; then it is abandoned.  No signal is lost: whatever the work does after a signal, the
+`with` block that took it ends in an exception.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 _ANSWER = b"stopping: what is under way has a second to end; press Ctrl-C again to stop at once\n"
 _NOTICE = b"stopping: this block is finished first\n"
@@ -49,20 +50,39 @@ class Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def terminated_like_interrupted() -> Iterator[None]:
-    """Let SIGTERM raise `Terminated` during the `with` block, unless somebody takes it already."""
-    if not _in_main_thread() or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
+def raise_on_signals() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise during the `with` block, unless somebody takes them already.
+
+    Python drops an exception that is raised in a destructor or in a callback of a C library.  In
+    that case it is raised again at the end of the block.
+    """
+    exceptions: dict[int, type[KeyboardInterrupt]] = {
+        signal.SIGINT: KeyboardInterrupt,
+        signal.SIGTERM: Terminated,
+    }
+    nobody = (signal.SIG_DFL, signal.default_int_handler)
+    numbers = []
+    if _in_main_thread():
+        numbers = [number for number in exceptions if signal.getsignal(number) in nobody]
+    raised: list[type[KeyboardInterrupt]] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
-        raise Terminated
+        raised.append(exceptions[number])
+        raise exceptions[number]
 
-    signal.signal(signal.SIGTERM, handle)
+    before = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        _restore(before)
+    if raised:
+        raise raised[-1]
+
+
+def _restore(handlers: dict[int, Any]) -> None:
+    """Restore the handlers of signals, that of SIGINT last: the others do not raise by default."""
+    for number, handler in reversed(handlers.items()):
+        signal.signal(number, handler)
 
 
 class Stop:
@@ -96,9 +116,12 @@ def _in_main_thread() -> bool:
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[Stop]:
-    """Return a `Stop` that takes the signals in the `with` block; outside the main thread, none."""
-    stop = Stop()
+def stop_on_signals(stop: Stop | None = None) -> Iterator[Stop]:
+    """Return a `Stop` that takes the signals in the `with` block; outside the main thread, none.
+
+    A block that ends after a signal without an exception raises `Stopped`.
+    """
+    stop = Stop() if stop is None else stop
     if not _in_main_thread():
         yield stop
         return
@@ -109,8 +132,9 @@ def stop_on_signals() -> Iterator[Stop]:
         yield stop
     finally:
         _taking.remove(stop)
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        _restore(before)
+    if stop.asked:
+        raise Stopped
 
 
 _given_up: contextvars.ContextVar[threading.Event | None] = contextvars.ContextVar(
@@ -171,6 +195,22 @@ _alive: list[Callable[[], bool]] = []  # of each thread that was abandoned, whet
 exit_status: int | None = None  # the exit status of this process, if it carries out a command
 
 
+def end_with(status: int) -> None:
+    """Note the exit status of a command whose work is over; a signal makes its process exit."""
+    global exit_status
+    exit_status = status
+    if _in_main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, frame: _exit_now(status))
+
+
+def _exit_now(status: int) -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError, RuntimeError):
+            stream.flush()
+    os._exit(status)
+
+
 def exit_without_destructors() -> None:
     """Let this process end as if a thread were abandoned that compiles."""
     _alive.append(lambda: True)
@@ -187,9 +227,6 @@ def _leave() -> None:
     if not any(is_alive() for is_alive in _alive):
         return
     if exit_status is not None:
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError, ValueError, AttributeError):
-                stream.flush()
-        os._exit(exit_status)
+        _exit_now(exit_status)
     if compiling := sys.modules.get("nlds_vines.kernels.numerics.compiling"):
         compiling.global_compiler_lock.acquire()

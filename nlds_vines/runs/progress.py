@@ -87,7 +87,7 @@ class Progress:
             if self._total is not None and not self._at_most:
                 rate = (self._done - self._first) / (now - self._began)
                 left = duration((self._total - self._done) / rate)
-                text += f", {rate:.3g} a second, {left} to go"
+                text += f", {brief(rate)} a second, {left} to go"
             print(f"{text}; {words}", file=sys.stderr, flush=True)
 
 
@@ -174,13 +174,18 @@ def in_notebook() -> bool:
 def size(count: int) -> str:
     value, unit = float(count), "B"
     for larger in ("kB", "MB", "GB", "TB"):
-        if value < 1000:
+        if value < 999.5:  # which has three digits
             break
         value, unit = value / 1000, larger
-    return f"{value:.3g} {unit}"
+    return f"{brief(value)} {unit}"
+
+
+def brief(value: float) -> str:
+    """Return a number with three digits, or all digits before the point: never 1.2e+03."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 
 def duration(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+    if seconds < 119.5:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7170 else f"{seconds / 3600:.1f} h"

@@ -2,7 +2,8 @@
 
 The name of the folder holds a hash of the request and of all that may change a bit of a result, so
 blocks of two requests or of two versions never mix.  A block is an .npz file that appears whole or
-not at all; one that cannot be read is computed again.  No process locks anything: several may
+not at all.  It holds this hash, its key, and the names, types and shapes of its arrays; one that
+cannot be read, or holds anything else, is computed again.  No process locks anything: several may
 compute the same blocks, and whoever finds the archive in its place has nothing left to do.
 """
 
@@ -13,12 +14,13 @@ import hashlib
 import json
 import math
 import os
+import re
 import secrets
 import shutil
 import sys
 import time
 import zipfile
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from glob import escape
@@ -30,16 +32,20 @@ import numpy as np
 from nlds_vines.archives import archive, files
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import Value, attributes, makers, now
-from nlds_vines.errors import RequestError, printable, shown
+from nlds_vines.errors import RequestError, is_command, option, printable, shown
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import threads_in_use
 
 Arrays = Mapping[str, np.ndarray]  # what a block holds, by name
+Expected = Mapping[str, tuple[str, tuple[int, ...]]]  # type and shape of arrays by name
 Write = Callable[[Path], object]  # writes an archive to a path
 
 FORCE_EVERY = 1.0  # seconds until a block is forced to the disk again, which takes some 10 ms
-_SECONDS = "seconds_of_block"
+_ABOUT = "about"  # the entry of a block that says in JSON what it holds
+_TEMPORARY = re.compile(r"[0-9a-f]{16}\.tmp")  # the name of a file that is being written
+_MOST_DIFFERENCES = 4  # named in a line
 
 
 class Blocks:
@@ -52,13 +58,18 @@ class Blocks:
         self.keys: Sequence[object] | None = None  # that the run needs, if known
         self._seconds: dict[object, float] = {}
         self._forced = -math.inf
+        self._outdated: list[str] = []  # what differs in the version of the archive in its place
+        self._is_put = False  # whether this run has put its archive in its place
+
+    @cached_property
+    def _digest(self) -> str:
+        """A hash of all that may change a bit of the blocks."""
+        identity = json.dumps([self.request.content, self.request.hash, makers()], sort_keys=True)
+        return hashlib.sha256(identity.encode()).hexdigest()[:16]
 
     @cached_property
     def folder(self) -> Path:
-        """The folder of the blocks, whose name has a hash of all that may change a bit of them."""
-        identity = json.dumps([self.request.content, self.request.hash, makers()], sort_keys=True)
-        digest = hashlib.sha256(identity.encode()).hexdigest()[:16]
-        return Path(self.path.parent, f"{self.path.name}.{digest}.blocks")
+        return Path(self.path.parent, f"{self.path.name}.{self._digest}.blocks")
 
     def file(self, key: object) -> Path:
         return self.folder / f"{key}.npz"
@@ -76,13 +87,15 @@ class Blocks:
         if self._in_memory is not None:
             self._in_memory[key] = arrays
             return
+        about = {"run": self._digest, "key": str(key), "seconds": seconds}
+        about |= {"arrays": _described(arrays)}
         temporary, now = _temporary(self.folder), time.monotonic()
         is_due = now - self._forced > FORCE_EVERY
         with files.in_one_line(f"write a block in {self.folder}"):
             try:
                 self.folder.mkdir(exist_ok=True)
                 with temporary.open("xb") as file:
-                    np.savez(file, **arrays, **{_SECONDS: np.float64(seconds)})  # type: ignore[arg-type]
+                    np.savez(file, **arrays, **{_ABOUT: np.array(json.dumps(about))})  # type: ignore[arg-type]
                     if is_due:
                         file.flush()
                         os.fsync(file.fileno())
@@ -94,25 +107,33 @@ class Blocks:
                 with suppress(OSError):
                     temporary.unlink()
 
-    def load(self, key: object) -> dict[str, np.ndarray] | None:
-        """Return the arrays of a block; None without one, and, with a line, if it is damaged."""
+    def load(self, key: object, expected: Expected | None = None) -> dict[str, np.ndarray] | None:
+        """Return the arrays of a block; None if there is none, or, with a line, a wrong one.
+
+        Wrong is one that is damaged, or of another key or run, or that does not hold the arrays
+        that were saved, or the `expected` ones.
+        """
         if self._in_memory is not None:
             return dict(self._in_memory[key]) if key in self._in_memory else None
-        file = self.file(key)
         try:
-            with files.open_regular(file) as opened:
-                if zipfile.ZipFile(opened).testzip() is not None:
-                    raise ValueError("its checksum is wrong")
-                opened.seek(0)
-                arrays = dict(np.load(opened))
-            self._seconds[key] = float(arrays.pop(_SECONDS))
+            arrays, about = _read_block(self.file(key))
+            if (about["run"], about["key"]) != (self._digest, str(key)):
+                raise ValueError(f"it is block {about['key']} of the run {about['run']}")
+            _check_arrays(_described(arrays), about["arrays"])
+            for name, description in (expected or {}).items():
+                if not _is_described(arrays.get(name), *description):
+                    raise ValueError(f"{name} is not what this run saves")
+            self._seconds[key] = float(about["seconds"])
         except FileNotFoundError:
             return None
         except Exception as error:  # what a damaged file lets zipfile and NumPy raise is not listed
-            reason = str(error).partition("\n")[0]
-            print(printable(f"{file} is computed again: {reason}"), file=sys.stderr)
+            self.refuse(key, str(error).partition("\n")[0])
             return None
         return arrays
+
+    def refuse(self, key: object, reason: str) -> None:
+        """Say in a line that a block is computed again."""
+        _say(f"{self.file(key)} is computed again: {reason}")
 
     def piece(self, key: object, compute: Callable[[], Arrays]) -> Arrays:
         arrays: Arrays | None = self.load(key)
@@ -129,23 +150,37 @@ class Blocks:
         return {"seconds": round(sum(self._seconds.values()), 6), "threads": threads_in_use()}
 
     def begin(self, how: Any) -> bool:
-        """Return True if the archive is there; refuse what `how` does not resume or replace."""
+        """Return True if the archive is there; refuse what `how` does not resume or replace.
+
+        The archive of another version is not: it is computed again, as numbers may differ.
+        """
+        self._outdated = []
         if self._in_memory is not None:
             return False
+        if self.folder.is_symlink():
+            text = "is a symbolic link, through which no blocks are written or removed"
+            raise RequestError(f"{self.folder} {text}: move it away")
         goes_on = how.resume or how.shard is not None
         with files.in_one_line(f"write {self.path}"):
             if not (goes_on or how.overwrite) and os.path.lexists(self.path):
                 raise RequestError(
-                    f"output {shown(str(self.path))} exists: --resume continues it, "
-                    "--overwrite replaces it, -o names another file"
+                    f"output {shown(str(self.path))} exists: {option('resume')} continues it, "
+                    f"{option('overwrite')} replaces it, or name another file"
                 )
             if not how.overwrite and self.path.exists():
-                if not self._is_ours():
-                    text = f"holds another {self.request.content}: --resume cannot continue it"
-                    raise RequestError(f"{self.path} {text}")
-                return True
+                with archive.read(self.path) as view:
+                    other = self._differences(view)
+                    self._outdated = _other_versions(view)
+                    if view.text("scan_hash") != self.request.hash:
+                        raise RequestError(
+                            f"{self.path} holds another {self.request.content}: "
+                            f"{option('resume')} cannot continue it; it has {other}"
+                        )
+                if other and not self._outdated:
+                    _say(f"{self.path} is left as it is; it has {other}")
+                return not self._outdated
             if not (goes_on or how.overwrite) and any(self.folder.glob("*.npz")):
-                text = "holds an unfinished run: --resume goes on with it"
+                text = f"holds an unfinished run: {option('resume')} goes on with it"
                 raise RequestError(f"{self.folder} {text}")
         return False
 
@@ -153,46 +188,67 @@ class Blocks:
         """Do the `work` of a run and put its archive in place; return False if it is there already.
 
         The work saves blocks as they are finished, and returns what writes the archive, or None if
-        blocks are missing that others compute.  Raises `Interrupted` on a signal and `RequestError`
-        if the archive cannot be written; finished blocks are there for --resume.
+        blocks are missing that others compute.  Raises `Interrupted` on any signal before the end
+        and `RequestError` if the archive cannot be written; finished blocks are kept for --resume.
         """
         if self.begin(how):
             self._remove()
             return False
+        if self._outdated:
+            words = f"{self.path} is of another version, and is computed again"
+            _say(f"{words}: {_first(self._outdated)}")
         if how.resume and not self.folder.exists():
             for other in self.path.parent.glob(f"{escape(self.path.name)}.*.blocks"):
-                text = f"{other} is of another request or version: nothing in it is used"
-                print(printable(text), file=sys.stderr)
-        with interrupts.stop_on_signals() as stop:
-            try:
+                _say(f"{other} is of another request or version: nothing in it is used")
+        stop = interrupts.Stop()
+        try:
+            with interrupts.stop_on_signals(stop):
                 write = interrupts.stoppable(work)()
+                interrupts.check()
                 if write is not None:
-                    self._deliver(write, how.overwrite)
+                    self._deliver(write, how.overwrite or bool(self._outdated))
                 elif self.is_delivered():
                     self._remove()
-            except (interrupts.Stopped, KeyboardInterrupt):
-                if self.path.named is None:
-                    words = "what was computed is lost, because no archive was named (to=)"
-                else:
-                    count, of = len(list(self.folder.glob("*.npz"))), ""
-                    if self.keys is not None:
-                        of = f" of {len(self.keys)}"
-                        count = len(self.keys) - len(self.missing(self.keys))
-                    again = " with --resume" if not (how.overwrite or how.shard) else ""
-                    words = f"{count}{of} blocks are kept in {self.folder}; "
-                    words += f"the same command{again} goes on from there"
-                raise interrupts.Interrupted(f"interrupted: {words}", stop.status) from None
+        except (interrupts.Stopped, KeyboardInterrupt):
+            raise interrupts.Interrupted(f"interrupted: {self._kept(how)}", stop.status) from None
         return True
 
-    def _is_ours(self) -> bool:
-        with archive.read(self.path) as view:
-            return view.text("scan_hash") == self.request.hash
+    def _kept(self, how: Any) -> str:
+        """Return what an interrupted run has kept, and how to go on."""
+        if self._in_memory is not None:
+            return "what was computed is lost, because no archive was named (to=)"
+        if self._is_put:
+            return f"{self.path} is complete"
+        count, of = len(list(self.folder.glob("*.npz"))), ""
+        if self.keys is not None:
+            of = f" of {len(self.keys)}"
+            count = len(self.keys) - len(self.missing(self.keys))
+        again = "the same command" if is_command() else "the same call"
+        if not (how.overwrite or how.shard):
+            again += f" with {option('resume')}"
+        return f"{count}{of} blocks are kept in {self.folder}; {again} goes on from there"
 
     def is_delivered(self) -> bool:
-        """Return True if an archive of this request is in its place, whoever has put it there."""
-        with suppress(RequestError):
-            return self._is_ours()
+        """Return True if the archive of this request and version is in its place."""
+        with suppress(RequestError), archive.read(self.path) as view:
+            is_ours = view.text("scan_hash") == self.request.hash
+            return is_ours and not _other_versions(view)
         return False
+
+    def _differences(self, view: archive.ArchiveView) -> str:
+        """Return what the request in an archive has that differs from this one; empty if nothing.
+
+        Titles and sources of systems differ without a difference in numbers.
+        """
+        name = "the request in it"
+        held = dict(_entries(parse_toml(view.text("scan"), name)))
+        asked = dict(_entries(parse_toml(self.request.to_toml(), name)))
+        names = [name for name in {**held, **asked} if held.get(name) != asked.get(name)]
+        if numbers := [name for name in names if ".sources." not in name]:
+            names = numbers  # a source differs with its value
+        return _first(
+            f"{name} = {shown(held[name])}" if name in held else f"no {name}" for name in names
+        )
 
     def _deliver(self, write: Write, overwrite: bool) -> None:
         """Write the archive, put it in its place unless another is there, and remove the blocks."""
@@ -202,20 +258,24 @@ class Blocks:
             self._in_memory.clear()
             return
         temporary = _temporary(self.folder)
-        intact = " (the blocks are intact, use --resume)" if any(self.folder.glob("*.npz")) else ""
+        intact = ""
+        if any(self.folder.glob("*.npz")):
+            intact = f" (the blocks are intact, use {option('resume')})"
         with files.in_one_line(f"write {self.path}{intact}"):
             try:
                 self.folder.mkdir(exist_ok=True)
                 write(temporary)
+                interrupts.check()
                 (replace_target if overwrite else publish)(temporary, self.path)
+                self._is_put = True
             except (FileExistsError, FileNotFoundError) as error:  # the other removes the blocks
                 if not self.is_delivered():
                     if not isinstance(error, FileExistsError):
                         raise
                     raise RequestError(
                         f"{self.path} has come into being meanwhile and is left as it is; all "
-                        f"results are kept in {self.folder}: move that file away, then --resume "
-                        "makes the archive"
+                        f"results are kept in {self.folder}: move that file away, then "
+                        f"{option('resume')} makes the archive"
                     ) from None
             finally:
                 with suppress(OSError):
@@ -223,12 +283,28 @@ class Blocks:
         self._remove()
 
     def _remove(self) -> None:
-        """Remove the blocks, and the folder unless it holds files of other programs."""
-        for pattern in ("*.npz", "*.tmp"):
-            for file in self.folder.glob(pattern):
-                file.unlink(missing_ok=True)
+        """Remove the blocks of this run and what it left half-written, then the folder if empty.
+
+        Other files stay, and nothing outside the folder is touched.
+        """
+        if self._in_memory is not None or self.folder.is_symlink():
+            return
+        own = {self.file(key).name for key in (*(self.keys or ()), *self._seconds)}
+        with suppress(FileNotFoundError):
+            for file in [*self.folder.iterdir()]:
+                is_own = file.name in own or _TEMPORARY.fullmatch(file.name) is not None
+                if is_own or (file.suffix == ".npz" and self._is_own(file)):
+                    file.unlink(missing_ok=True)
         with suppress(OSError):
             self.folder.rmdir()
+
+    def _is_own(self, file: Path) -> bool:
+        """Return True if a file says that it is a block of this run, which no key here names."""
+        try:
+            _, about = _read_block(file)
+            return bool((about["run"], f"{about['key']}.npz") == (self._digest, file.name))
+        except Exception:  # as of `load`
+            return False
 
     def writer(
         self,
@@ -249,6 +325,75 @@ class Blocks:
             return {k: v for k, v in attributes(request, about, when).items() if k not in free}
 
         return lambda path: archive.write(path, table, scales, archive.whole(filled), attrs)
+
+
+def _say(text: str) -> None:
+    print(printable(text), file=sys.stderr)
+
+
+def _described(arrays: Arrays) -> dict[str, list[Any]]:
+    """Return the type and the shape of each array by name, as JSON holds them."""
+    return {
+        name: [array.dtype.str, list(array.shape)]
+        for name, array in ((name, np.asarray(values)) for name, values in arrays.items())
+    }
+
+
+def _check_arrays(held: Mapping[str, Any], saved: Mapping[str, Any]) -> None:
+    """Raise ValueError with the first array that a block lacks, or has beyond what was saved."""
+    for name in {**saved, **held}:
+        if name not in held:
+            raise ValueError(f"{name} is missing")
+        if name not in saved:
+            raise ValueError(f"{name} does not belong in it")
+        if held[name] != saved[name]:
+            (kind, shape), (saved_kind, saved_shape) = held[name], saved[name]
+            raise ValueError(f"{name} is {kind} {shape}, not {saved_kind} {saved_shape}")
+
+
+def _is_described(array: np.ndarray | None, kind: str, shape: tuple[int, ...]) -> bool:
+    """Return True for an array of this type and shape; "str" stands for strings of any length."""
+    if array is None or array.shape != shape:
+        return False
+    return array.dtype.kind == "U" if kind == "str" else array.dtype == np.dtype(kind)
+
+
+def _read_block(file: Path) -> tuple[dict[str, np.ndarray], Any]:
+    """Return the arrays of a block, and what it says about itself; any error if it is damaged."""
+    with files.open_regular(file) as opened:
+        if zipfile.ZipFile(opened).testzip() is not None:
+            raise ValueError("its checksum is wrong")
+        opened.seek(0)
+        arrays = dict(np.load(opened))
+    if _ABOUT not in arrays:
+        raise ValueError("it does not say what it is")
+    return arrays, json.loads(str(arrays.pop(_ABOUT)))
+
+
+def _other_versions(view: archive.ArchiveView) -> list[str]:
+    """Return the versions that made an archive where they differ from those of this process."""
+    held = {name: view.attrs.get(name) for name in makers()}
+    return [
+        f"{name} {str(held[name])[:20]}, not {value[:20]}"
+        for name, value in makers().items()
+        if held[name] != value
+    ]
+
+
+def _entries(document: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the entries of nested tables with dotted keys."""
+    for key, value in document.items():
+        if isinstance(value, Mapping):
+            yield from _entries(value, f"{place}{key}.")
+        else:
+            yield f"{place}{key}", value
+
+
+def _first(words: Iterable[str]) -> str:
+    """Return the first few of a list of words, separated by commas."""
+    texts = [*words]
+    more = [f"and {len(texts) - _MOST_DIFFERENCES} more"] if len(texts) > _MOST_DIFFERENCES else []
+    return ", ".join([*texts[:_MOST_DIFFERENCES], *more])
 
 
 def _temporary(folder: Path) -> Path:

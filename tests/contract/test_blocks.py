@@ -4,8 +4,10 @@ import errno
 import os
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from commands import REPO, printed
@@ -14,6 +16,7 @@ from made_up import content, cut, make_scan, results, write
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.run import writer_of
 from nlds_vines.cli.running import RunOptions
+from nlds_vines.model.system import System
 from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
@@ -64,7 +67,7 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path, error_
     old, new = make_scan(), make_scan(P=801.0)
     write(path, old)
     before = path.read_bytes()
-    assert "the same command goes on" in begin(path, new, overwrite=True)
+    assert "the same call goes on" in begin(path, new, overwrite=True)
     assert path.read_bytes() == before
     assert "another scan" in error_of(run, path, new, resume=True)  # it may not be replaced
     assert run(path, new, overwrite=True) == [2]
@@ -76,7 +79,7 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path, error_
 def test_an_archive_stays_where_it_is_complete_and_is_refused_otherwise(path, error_of):
     write(path, make_scan())
     before = path.read_bytes()
-    assert "--overwrite" in error_of(write, path, make_scan())
+    assert "overwrite=True" in error_of(write, path, make_scan())
     for how in ({"resume": True}, {"shard": Shard(2, 2)}):
         assert "another scan" in error_of(write, path, make_scan(P=801.0), **how)
     Blocks(path, make_scan()).save(0, {})  # the run was killed before it had removed all blocks
@@ -94,8 +97,8 @@ def test_resume_computes_what_is_missing_and_ends_in_the_same_arrays(path, whole
     assert os.listdir(path.parent) == []
     said = begin(path, scan)
     assert "2 blocks are kept" in said
-    assert "the same command with --resume goes on" in said
-    assert re.search("unfinished run.*--resume", error_of(run, path, scan))
+    assert "the same call with resume=True goes on" in said
+    assert re.search("unfinished run.*resume=True", error_of(run, path, scan))
     notes = Blocks(path, scan).folder / "notes.txt"
     notes.write_text("of the user")
     assert run(path, scan, resume=True) == [2]
@@ -123,6 +126,132 @@ def test_blocks_of_two_requests_and_of_two_versions_never_mix(path, monkeypatch,
     assert err.endswith(".blocks is of another request or version: nothing in it is used")
     monkeypatch.undo()
     assert run(path, scan, resume=True) == [2]
+
+
+def changed_archive(path, scan, **attributes):
+    """Write the archive of a scan with these attributes in place of its own."""
+    write(path, scan)
+    with h5py.File(path, "r+") as file:
+        file.attrs.update(attributes)
+
+
+def test_a_finished_archive_of_another_version_is_computed_again_and_replaced(path, whole, capsys):
+    scan = make_scan()
+    for name in ("source_hash", "numba_version", "machine"):
+        changed_archive(path, scan, **{name: "another"})
+        assert run(path, scan, resume=True) == [0, 1, 2]
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"{path} is of another version, and is computed again: {name} another, not " in line
+        assert content(path) == whole
+        assert run(path, scan, resume=True) == []
+        assert capsys.readouterr().err == ""
+        path.unlink()
+    changed_archive(path, scan, source_hash="another")
+    before = path.read_bytes()
+    assert "the same call with resume=True goes on" in begin(path, scan, resume=True)
+    assert path.read_bytes() == before  # until the new one is there
+    assert run(path, scan, shard=Shard(1, 1)) == [2]
+    assert content(path) == whole
+
+
+def test_what_differs_in_the_request_of_an_archive_is_said(path, capsys, error_of):
+    scan = make_scan()
+    write(path, scan)
+    line = error_of(write, path, make_scan(P=801.0), resume=True)
+    assert line.endswith("cannot continue it; it has system.parameters.P = 800.0")
+    before = path.read_bytes()
+    assert run(path, replace(scan, title="another one"), resume=True) == []
+    assert capsys.readouterr().err == f"{path} is left as it is; it has title = 'a test'\n"
+    assert path.read_bytes() == before
+
+
+def test_a_key_of_a_system_that_the_hash_does_not_know_is_refused(monkeypatch, error_of):
+    scan = make_scan()
+    table = System.to_table
+    monkeypatch.setattr(System, "to_table", lambda system: {**table(system), "foot": "moves"})
+    assert "unknown key 'foot'" in error_of(lambda: scan.hash)
+
+
+def wrong_blocks(scan):
+    """Yield what may stand in place of block 1: functions of its arrays and the file of block 0."""
+    names = [*scan.table.datasets]
+    numeric = [name for name in names if scan.table.datasets[name].dtype == "float64"]
+    for name in names[:4]:
+        yield lambda arrays, name=name: arrays | {name: arrays[name][:-1]}
+        yield lambda arrays, name=name: {k: v for k, v in arrays.items() if k != name}
+        yield lambda arrays, name=name: arrays | {name: arrays[name][..., np.newaxis]}
+    for name in numeric[:4]:
+        yield lambda arrays, name=name: arrays | {name: arrays[name].astype(np.float32)}
+        yield lambda arrays, name=name: arrays | {name: arrays[name].astype(str)}
+    yield lambda arrays: arrays | {"more": np.zeros(3)}
+    yield lambda arrays: {k: v for k, v in arrays.items() if k != "about"}
+    yield lambda arrays: {}
+
+
+def test_wrong_blocks_are_computed_again(path, whole, capsys):
+    """Valid files with other arrays, and those of other blocks and runs."""
+    scan, count = make_scan(), 0
+    for spoil in wrong_blocks(scan):
+        begin(path, scan)
+        file = Blocks(path, scan).file(1)
+        with np.load(file) as saved:
+            arrays = dict(saved)
+        np.savez(file, **spoil(arrays))
+        assert run(path, scan, resume=True) == [1, 2]
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{file} is computed again: ")
+        assert content(path) == whole
+        path.unlink()
+        count += 1
+    other = make_scan(P=801.0)
+    for other_run in (False, True):
+        begin(path, scan)
+        begin(path.with_name("b.h5"), other)
+        source = Blocks(path.with_name("b.h5"), other).file(1)
+        if not other_run:
+            source = Blocks(path, scan).file(0)
+        shutil.copy(source, Blocks(path, scan).file(1))
+        assert run(path, scan, resume=True) == [1, 2]
+        (line,) = capsys.readouterr().err.splitlines()
+        assert re.search(r"1\.npz is computed again: it is block \d of the run ", line)
+        assert content(path) == whole
+        path.unlink()
+        shutil.rmtree(Blocks(path.with_name("b.h5"), other).folder)
+        count += 1
+    assert count >= 25
+
+
+def test_a_block_that_says_what_it_holds_must_hold_what_the_run_saves(path, whole, capsys):
+    """Somebody else's program might have written it."""
+    scan = make_scan()
+    begin(path, scan)
+    store = Blocks(path, scan)
+    short = {name: values[:-1] for name, values in store.load(1).items()}
+    store.save(1, short)
+    assert run(path, scan, resume=True) == [1, 2]
+    assert "1.npz is computed again: " in capsys.readouterr().err
+    assert content(path) == whole
+
+
+def test_only_blocks_of_the_run_are_removed_and_no_link_is_followed(path, tmp_path, error_of):
+    scan, store = make_scan(), Blocks(path, make_scan())
+    precious = tmp_path / "precious"
+    precious.mkdir()
+    for name in ("0.npz", "data.npz", "0123456789abcdef.tmp"):
+        (precious / name).write_text("of the user")
+    begin(path, scan)
+    foreign = ["data.npz", "notes.tmp", "5.npz"]
+    for name in foreign:
+        (store.folder / name).write_text("of the user")
+    (store.folder / "link.npz").symlink_to(precious / "data.npz")
+    (store.folder / "0123456789abcdee.tmp").write_text("left by a killed run")
+    assert run(path, scan, resume=True) == [2]
+    assert sorted(os.listdir(store.folder)) == sorted([*foreign, "link.npz"])
+    shutil.rmtree(store.folder)
+    path.unlink()
+    store.folder.symlink_to(precious)
+    assert "is a symbolic link" in error_of(run, path, scan, resume=True)
+    assert {one.read_text() for one in precious.iterdir()} == {"of the user"}
 
 
 def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsys):
@@ -220,7 +349,7 @@ def test_what_comes_into_being_meanwhile_is_kept(path, whole, monkeypatch, error
                 path.mkdir()
 
     line = error_of(run, path, make_scan(), meanwhile)
-    assert re.search(r"meanwhile.*scan\.h5\..*\.blocks.*--resume", line)
+    assert re.search(r"meanwhile.*scan\.h5\..*\.blocks.*resume=True", line)
     if kind == "file":
         assert path.read_bytes() == b"precious"
     assert path.is_symlink() == (kind == "link")
@@ -302,7 +431,7 @@ def test_a_full_disk_is_one_line_and_the_blocks_are_intact(path, whole):
     output = printed("-c", FULL, path, PYTHONPATH=os.pathsep.join(places))
     block, archived = output.splitlines()
     assert block.startswith("cannot write a block in ")
-    assert archived.startswith(f"cannot write {path} (the blocks are intact, use --resume): ")
+    assert archived.startswith(f"cannot write {path} (the blocks are intact, use resume=True): ")
     assert not path.exists()
     assert run(path, make_scan(), resume=True) == []
     assert content(path) == whole
@@ -335,7 +464,7 @@ def test_blocks_that_vanish_are_said(path, error_of):
     write_archive = writer_of(scan, store, cut(scan))
     store.file(1).unlink()
     line = error_of(store.carry_out, RunOptions(resume=True), lambda: write_archive)
-    assert re.search("use --resume.*block 1 is missing", line)
+    assert re.search("use resume=True.*block 1 is missing", line)
 
 
 def test_a_block_is_on_the_disk_before_it_takes_its_name_and_the_name_follows(path, monkeypatch):

@@ -159,7 +159,7 @@ def test_a_resumed_scan_ends_in_the_same_bits(every, tmp_path, cut):
     done = min(3, blocks - 1)
     path = tmp_path / "stopped.h5"
     said = stopped_after(done, scan, path)
-    assert "--resume" in said
+    assert "resume=True" in said
     assert f"{done} of {blocks} blocks" in said
     assert not path.exists()
     folder = Blocks(path, scan).folder
@@ -377,7 +377,7 @@ def test_processes_of_a_pool_end_in_the_same_bits_and_a_dead_one_is_one_line(her
         for process in pool._processes.values():
             process.kill()
         line = error_of(nv.scan, scan, to="c.h5", executor=pool)
-    assert re.search("a worker has died: .*; --resume goes on", line)
+    assert re.search("a worker has died: .*; resume=True goes on", line)
 
 
 @pytest.mark.parametrize("knows", ["when an item is submitted", "when its result is asked for"])
@@ -392,7 +392,7 @@ def test_a_dead_worker_is_one_line_whenever_the_executor_knows(knows, error_of):
             return future
 
     line = error_of(list, executors.as_finished(Dead(), abs, [3, 5], 1))
-    assert re.search("a worker has died: a child .*; --resume goes on", line)
+    assert re.search("a worker has died: a child .*; resume=True goes on", line)
 
 
 def test_what_fails_now_and_then_is_tried_again(error_of):

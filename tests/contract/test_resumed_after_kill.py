@@ -240,13 +240,13 @@ def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(number, status
 TWICE = """
 import os, signal
 from nlds_vines.runs import interrupts
-with interrupts.stop_on_signals() as stop:
-    os.kill(os.getpid(), signal.SIGTERM)
-    assert stop.asked and stop.status == 143
-    try:
+try:
+    with interrupts.stop_on_signals() as stop:
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert stop.asked and stop.status == 143
         os.kill(os.getpid(), signal.SIGINT)
-    except KeyboardInterrupt:
-        print("at once", stop.status)
+except KeyboardInterrupt:
+    print("at once", stop.status)
 """
 
 

@@ -11,10 +11,16 @@ from pathlib import Path
 
 import pytest
 from commands import python, started
+from made_up import content, cut, make_scan, results, write
 
+from nlds_vines.bifurcation.run import writer_of
+from nlds_vines.cli.running import RunOptions
+from nlds_vines.cli.terminal import exit_status_of
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import in_pieces
-from nlds_vines.runs.interrupts import Stopped, stop_on_signals, stoppable
+from nlds_vines.runs.interrupts import Interrupted, Stopped, stop_on_signals, stoppable
+from nlds_vines.runs.store import Blocks, publish
+from scans import stored
 
 WITHIN = 4.0
 """Seconds; two where the processors are idle."""
@@ -275,7 +281,7 @@ def test_what_is_under_way_is_abandoned_after_its_time(over, number, work, monke
     monkeypatch.setattr(interrupts, "GRACE", 0.3)
     began = time.monotonic()
     asked(0.1, number)
-    with stop_on_signals(), pytest.raises(Stopped):
+    with pytest.raises(Stopped), stop_on_signals():
         work(over)
     assert 0.4 <= time.monotonic() - began < 30.0
     assert "a second" in capfd.readouterr().err
@@ -306,13 +312,118 @@ def test_what_ends_in_time_is_not_lost_and_notice_by_sigusr1_lets_it_end(
     number, grace, seconds, monkeypatch, capfd
 ):
     monkeypatch.setattr(interrupts, "GRACE", grace)
+    ended = []
+
+    def run():
+        with stop_on_signals():
+            assert sleeping(seconds) == seconds
+            with pytest.raises(Stopped):
+                interrupts.check()
+            time.sleep(0.5)  # what is put away after a stop is not stopped again
+            ended.append(True)
+
     asked(0.1, number)
-    with stop_on_signals():
-        assert sleeping(seconds) == seconds
-        with pytest.raises(Stopped):
-            interrupts.check()
-        time.sleep(0.5)  # what is put away after a stop is not stopped again
+    with pytest.raises(Stopped):
+        run()
+    assert ended
     assert ("finished first" in capfd.readouterr().err) == (number == signal.SIGUSR1)
+
+
+def ask_now(number):
+    """Send a signal to this process, and wait until the run that takes signals has it."""
+    os.kill(os.getpid(), number)
+    while not any(stop.asked for stop in interrupts._taking):
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("moment", ["last work", "while written", "in its place", "at the end"])
+def test_a_signal_before_the_end_of_a_run_is_never_lost(
+    moment, number, status, tmp_path, monkeypatch, capfd
+):
+    """Only a run whose archive was in its place leaves one; all say what is there."""
+    path, scan = tmp_path / "scan.h5", make_scan()
+    whole = content(write(tmp_path / "whole.h5", scan))
+    store = Blocks(path, scan)
+
+    def work():
+        for block in cut(scan):
+            store.save(block.index, stored(scan, results(scan, block)))
+        if moment == "last work":
+            ask_now(number)
+        write = writer_of(scan, store, cut(scan))
+
+        def write_and_ask(target):
+            write(target)
+            if moment == "while written":
+                ask_now(number)
+
+        return write_and_ask
+
+    def asking(function):
+        def asked_after(*arguments):
+            function(*arguments)
+            ask_now(number)
+
+        return asked_after
+
+    if moment == "in its place":
+        monkeypatch.setattr("nlds_vines.runs.store.publish", asking(publish))
+    if moment == "at the end":
+        monkeypatch.setattr(store, "_remove", asking(store._remove))
+    with pytest.raises(Interrupted) as interrupted:
+        store.carry_out(RunOptions(), work)
+    assert interrupted.value.status == status
+    assert "stopping: " in capfd.readouterr().err
+    assert [*interrupts._taking] == []
+    if moment in ("last work", "while written"):
+        assert "3 blocks are kept in " in str(interrupted.value)
+        assert not path.exists()
+        assert store.carry_out(RunOptions(resume=True), lambda: writer_of(scan, store, cut(scan)))
+    else:
+        assert str(interrupted.value) == f"interrupted: {path} is complete"
+    assert content(path) == whole
+
+
+class Deaf:
+    """An object whose destructor is at work when a signal comes."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __del__(self):
+        os.kill(os.getpid(), self.number)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_whose_exception_a_destructor_swallows_ends_a_command(number, status, capsys):
+    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
+
+    def work():
+        one = Deaf(number)
+        del one
+        return 0
+
+    assert exit_status_of("plot", work) == status
+    assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
+    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+OVER = """
+import os, signal, sys
+from nlds_vines.runs import interrupts
+print("done")
+interrupts.end_with(1)
+os.kill(os.getpid(), signal.{number})
+sys.exit(3)
+"""
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_a_signal_after_the_work_of_a_command_changes_neither_its_status_nor_its_lines(number):
+    done = python("-c", OVER.format(number=number))
+    assert (done.returncode, done.stdout, done.stderr) == (1, "done\n", "")
 
 
 def test_ctrl_c_where_no_run_takes_it_is_python_s(over):

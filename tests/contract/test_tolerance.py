@@ -180,7 +180,7 @@ def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(here, answer, as
         assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
     ask("rerun", "a.h5", "--quiet")
     assert nv.open_archive(here / "a.h5").request.tolerance == 1e-6
-    with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
+    with pytest.raises(RequestError, match="holds another scan: resume=True cannot continue it"):
         nv.scan(SMALL, to="a.h5", resume=True)
     nv.scan(SMALL, to="a.h5", sampling={**draft, "tolerance": 1e-6}, resume=True)
     nv.scan(SMALL, to="b.h5")

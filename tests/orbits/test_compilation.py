@@ -129,7 +129,7 @@ def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, name):
 
 def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
     monkeypatch.setattr(compilation, "free_memory", lambda: 300_000_000)
-    with pytest.raises(RequestError, match=r"takes 0.7 GB of memory, 0.3 GB are free"):
+    with pytest.raises(RequestError, match=r"takes 700 MB of memory, 300 MB are free"):
         follow(lanes.run_lanes)
     assert follow(elementary.exp) == []
     monkeypatch.setattr(compilation, "free_memory", lambda: None)  # unknown: nothing is refused
@@ -152,11 +152,15 @@ def test_no_process_outlives_what_it_was_begun_for(begun, error):
 def test_a_signal_ends_compiling_at_the_next_function(begun):
     messages = []
     follower = Compilation(USUAL, lambda *what: messages.append(what[0]), False)
-    with interrupts.stop_on_signals() as stop, follower.followed(LANES):
-        compiled(lanes.run_lanes)
-        stop.handle(signal.SIGINT, None)
-        with pytest.raises(interrupts.Stopped):
+
+    def run():
+        with interrupts.stop_on_signals() as stop, follower.followed(LANES):
+            compiled(lanes.run_lanes)
+            stop.handle(signal.SIGINT, None)
             compiled(elementary.exp)
+
+    with pytest.raises(interrupts.Stopped):
+        run()
     assert messages[-1] == ""
     with Compilation(USUAL, None, False).followed(LANES):
         compiled(elementary.exp)  # outside the block nothing is asked

@@ -249,17 +249,21 @@ def test_cma_finds_a_bowl_where_it_is_installed():
     assert np.abs(points - [0.2, 0.7]).sum(axis=1).min() < 1e-2
 
 
-def test_blocks_that_do_not_fit_a_search_are_refused(tmp_path, error_of):
+def test_blocks_of_other_designs_are_computed_again(tmp_path, capsys, monkeypatch):
     tuning = load_tuning("tmd")
     store, trials = Blocks(tmp_path / "a.h5", tuning), run.at_rest(np.ones((2, 2)))
     states = np.zeros((2, 4))
     store.save(0, {"asked": trials, "found": states})
+    monkeypatch.setattr(run.Objective, "results", lambda self, trials: np.ones((len(trials), 4)))
     with Progress(None, "design", quiet=True) as progress:
         log = run.Log(tuning, store, progress)
         assert log.evaluate(trials, "global", 0).tolist() == [0.0, 0.0]
         assert log.replayed == 2
         log, other = run.Log(tuning, store, progress), run.at_rest(2 * np.ones((2, 2)))
-        assert "does not fit this search" in error_of(log.evaluate, other, "global", 0)
+        assert log.evaluate(other, "global", 0).tolist() == [1.0, 1.0]
+        assert log.replayed == 0
+    said = f"{store.file(0)} is computed again: it holds other designs\n"
+    assert capsys.readouterr().err == said
 
 
 @pytest.mark.long

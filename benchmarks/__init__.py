@@ -2,8 +2,9 @@
 
     accuracy         error against run time with the solvers of others: docs/accuracy.md
     extremes         ten extremes and their bounds: docs/accuracy.md
-    speed            CPU times, as ratios to those of another checkout, and beside their kernels'
-    cold             the wait before the first orbit
+    speed            CPU times, as ratios to those of an earlier state, and beside their kernels'
+    cases            the pieces of work that `speed` times, by public names alone
+    cold             the wait before the first orbit, and before what follows it
     costs            the cost of walls, limits and records
     load_costs       a cell under a load beside one under the harmonic force
     load_rivals      one blow beside the solvers of others

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from benchmarks.speed import spent
+from benchmarks.cases import spent
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
 from nlds_vines.kernels.scene.codes import OK

@@ -1,10 +1,11 @@
-"""The wait before the first orbit: the main command with an empty cache of compiled kernels.
+"""The wait before the first orbit: commands with an empty cache of compiled kernels.
 
     python -m benchmarks.cold                                    this package
     python -m benchmarks.cold --package ../before --package .    two checkouts, in turn
     python -m benchmarks.cold --rounds 5
 
-The default scan is cut down to two short orbits, so that compiling is nearly all of it. Each run is
+The first command computes two short orbits of the default scan, so that compiling is nearly all of
+it. A portrait and a branch follow in the same folder, with the cache that it has left. Each run is
 timed in turn with a yardstick: a fixed piece of Numba compiling in a fresh process, which no change
 of the program touches. Wall time counts, over that of the yardstick before and after it, and CPU
 time, helpers included, over the yardstick's, which a busy machine disturbs less: medians of several
@@ -23,11 +24,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-TINY = [
-    "--vary", "omega=6:6.01:2", "--transient", "5", "--periods", "5",
-    "-o", "a.h5", "--plot", "a.png", "--quiet",
-]  # fmt: skip
-"""What cuts the default scan down: its records and its picture are as ever."""
+COMMANDS = {
+    "first command": [
+        "-m", "nlds_vines", "bifurcation", "--vary", "omega=6:6.01:2", "--transient", "5",
+        "--periods", "5", "-o", "a.h5", "--plot", "a.png", "--quiet",
+    ],
+    "portrait after it": [
+        "-m", "nlds_vines", "portrait", "--windows", "5:10", "-o", "b.h5", "--plot", "b.png",
+        "--quiet",
+    ],
+    "continuation after it": [
+        "-m", "nlds_vines", "continuation", "--along", "omega=6.2:6.3", "-o", "c.h5",
+        "--plot", "c.png", "--quiet",
+    ],
+}  # fmt: skip
+"""The commands in their order. The first has the records and the picture of the default scan."""
 
 YARDSTICK = """
 import numba
@@ -64,24 +75,34 @@ class Cost:
     memory: int
 
 
-def cost(*arguments: str, package: Path | None = None) -> Cost:
-    """Run Python with these arguments in an empty folder, with an empty cache; return the cost."""
-    with tempfile.TemporaryDirectory() as folder:
-        surroundings = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
-        surroundings["NUMBA_CACHE_DIR"] = str(Path(folder) / "cache")
-        if package is not None:
-            surroundings["PYTHONPATH"] = str(package)
-        began = time.perf_counter()
-        with subprocess.Popen(
-            [sys.executable, *arguments], cwd=folder, env=surroundings, stdout=subprocess.DEVNULL
-        ) as process:
-            _, status, usage = os.wait4(process.pid, 0)
-            process.returncode = os.waitstatus_to_exitcode(status)
-        wall = time.perf_counter() - began
+def cost_in(folder: Path, words: list[str], package: Path | None = None) -> Cost:
+    """Run Python with these words in a folder, with the cache that lies there; return the cost."""
+    surroundings = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+    surroundings["NUMBA_CACHE_DIR"] = str(folder / "cache")
+    if package is not None:
+        surroundings["PYTHONPATH"] = str(package)
+    began = time.perf_counter()
+    with subprocess.Popen(
+        [sys.executable, "-P", *words], cwd=folder, env=surroundings, stdout=subprocess.DEVNULL
+    ) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    wall = time.perf_counter() - began
     if process.returncode:
-        raise SystemExit(f"{' '.join(arguments[:3])}: status {process.returncode}")
+        raise SystemExit(f"{' '.join(words[:3])}: status {process.returncode}")
     unit = 1 if sys.platform == "darwin" else 1024
     return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit)
+
+
+def costs(package: Path, commands: dict[str, list[str]] = COMMANDS) -> dict[str, Cost]:
+    """Run the commands of a package one after the other in an empty folder, with an empty cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        return {name: cost_in(Path(folder), words, package) for name, words in commands.items()}
+
+
+def yardstick() -> Cost:
+    with tempfile.TemporaryDirectory() as folder:
+        return cost_in(Path(folder), ["-c", YARDSTICK])
 
 
 def main() -> None:
@@ -93,27 +114,38 @@ def main() -> None:
     options = parser.parse_args()
     here = Path(__file__).resolve().parents[1]
     packages = [path.resolve() for path in options.package or [here]]
-    costs: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]  # with the yardstick's around it
-    before = cost("-c", YARDSTICK)
+    # of each package and command: its costs, each with the mean of the yardsticks around it
+    rounds: dict[Path, dict[str, list[tuple[Cost, Cost]]]] = {
+        package: {name: [] for name in COMMANDS} for package in packages
+    }
+    before = yardstick()
     for _ in range(options.rounds):
-        for package, pairs in zip(packages, costs, strict=True):
-            spent = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
-            after = cost("-c", YARDSTICK)
+        for package in packages:
+            spent = costs(package)
+            after = yardstick()
             yard = Cost((before.wall + after.wall) / 2, (before.cpu + after.cpu) / 2, after.memory)
-            pairs.append((spent, yard))
+            for name, cost in spent.items():
+                rounds[package][name].append((cost, yard))
             before = after
-    first = None
-    for path, rounds in zip(packages, costs, strict=True):
-        ratio = median(spent.wall / yard.wall for spent, yard in rounds)
-        work = median(spent.cpu / yard.cpu for spent, yard in rounds)
-        first = first or (ratio, work)
-        wall, cpu = median(t.wall for t, _ in rounds), median(t.cpu for t, _ in rounds)
-        memory = max(spent.memory for spent, _ in rounds)
-        print(
-            f"{path}: {ratio:.2f} yardsticks ({ratio / first[0]:.2f} of the first), "
-            f"of CPU {work:.2f} ({work / first[1]:.2f}); {wall:.1f} s, {cpu:.1f} s of CPU, "
-            f"{memory / 1e6:.0f} MB"
-        )
+    for name in COMMANDS:
+        first = summary(rounds[packages[0]][name])
+        for package in packages:
+            wall, cpu = summary(rounds[package][name])
+            pairs = rounds[package][name]
+            seconds = median(cost.wall for cost, _ in pairs)
+            cpu_seconds = median(cost.cpu for cost, _ in pairs)
+            memory = max(cost.memory for cost, _ in pairs)
+            print(
+                f"{package}, {name}: {wall:.2f} yardsticks ({wall / first[0]:.2f} of the first), "
+                f"of CPU {cpu:.2f} ({cpu / first[1]:.2f}); {seconds:.1f} s, {cpu_seconds:.1f} s of "
+                f"CPU, {memory / 1e6:.0f} MB"
+            )
+
+
+def summary(pairs: list[tuple[Cost, Cost]]) -> tuple[float, float]:
+    """Return the medians of wall and CPU time over those of the yardstick."""
+    wall = median(cost.wall / yard.wall for cost, yard in pairs)
+    return wall, median(cost.cpu / yard.cpu for cost, yard in pairs)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.speed import orbits, spent
+from benchmarks.cases import orbits, spent
 from nlds_vines.archives.files import write_text
 from nlds_vines.cli.terminal import table
 from nlds_vines.model.catalog import load_system

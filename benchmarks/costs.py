@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.speed import spent
+from benchmarks.cases import spent
 from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.terminal import DONE, say, table

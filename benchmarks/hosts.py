@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
 from benchmarks.accuracy import SOLVERS, Point, cost, duration, parser_of, publish
-from benchmarks.speed import spent
+from benchmarks.cases import HERTZ, NEAR, frame_of, spent
 from nlds_vines.cli.terminal import table
 from nlds_vines.model.host_system import HostSystem
 
@@ -30,24 +30,11 @@ STOREYS = (1, 5, 10, 20)
 TOLERANCES, FINEST, ERROR = (1e-6, 1e-8, 1e-10, 1e-12), 1e-13, 1e-8
 SETTLE, COMPARED = 400, 20  # periods
 REPEATS = 3
-STIFFNESS = 1e9  # of the contact [N/m^1.5]
-NEAR, FAR = 0.4, 50.0  # gap over the amplitude of the roof without the damper
+STIFFNESS = HERTZ["K"]  # of the contact [N/m^1.5]
+FAR = 50.0  # gap over the amplitude of the roof alone, of a wall that is never touched
 
 Follow = Callable[[float, int], np.ndarray]
 """(tolerance, periods) -> the state x1, x2 ..., of the damper, v1, v2 ... at their end."""
-
-
-def frame_of(storeys: int, gap: float) -> HostSystem:
-    """Return a frame near its first frequency; gap: of its damper, over the motion without it."""
-    frame = nv.shear_frame([1e4] * storeys, [8e6] * storeys, ratio=0.02)
-    omega, force = 0.99 * float(frame.frequencies[0]), {"roof": 1e3}
-    alone = float(np.abs(frame.frequency_response(omega, force=force)).max())
-    m = 0.03 * 1e4 * storeys
-    wall = nv.Wall(gap * alone, K=STIFFNESS)
-    damper = nv.Damper(
-        "damper", "roof", m=m, k=0.5 * m * omega**2, c=0.05 * m * omega, walls=[wall]
-    )
-    return nv.System.from_host(frame, [damper], force=force, omega=omega)
 
 
 class Equation:

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.speed import in_kernels
+from benchmarks.cases import in_kernels
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
@@ -24,7 +24,6 @@ from tests import flights
 
 PERIODS, REPEATS, SOLVED = 100, 41, 40
 SHIFT = 0.618033988749895  # of a cell, by which edges move on in a period: no record fits it
-KERNELS = ((simulation, "run_cell"), (flights, "fly_under"))
 RECORDS = (["energy"], ["energy", "states"], ["energy", "response"])
 
 
@@ -33,7 +32,7 @@ def seconds_in_kernels(job: Callable[[], object]) -> float:
     job()
     runs = []
     for _ in range(REPEATS):
-        with in_kernels(KERNELS) as times:
+        with in_kernels() as times:
             job()
         runs.append(sum(times))
     return statistics.median(runs)

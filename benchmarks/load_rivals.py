@@ -20,8 +20,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from benchmarks.accuracy import SOLVERS
+from benchmarks.cases import spent
 from benchmarks.load_costs import seconds_in_kernels
-from benchmarks.speed import spent
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import System
 from tests.flights import fly, longest_cell

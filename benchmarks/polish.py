@@ -14,7 +14,7 @@ from contextlib import suppress
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.speed import spent
+from benchmarks.cases import spent
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.tuning.design_space import values_of
 from nlds_vines.tuning.request import Tuning, load_tuning

@@ -1,190 +1,119 @@
-"""What the program costs beside another state of it, on this machine, now.
+"""What the program costs beside an earlier state of it, on this machine, now.
 
-    python -m benchmarks.speed                            CPU times of this checkout
-    python -m benchmarks.speed --against ../before        ... and their ratios to another's
-    python -m benchmarks.speed --only diagram rk4         some of them
-    python -m benchmarks.speed --kernels                  ... and how much of it kernels do
+    python -m benchmarks.speed set6 host-3                    CPU times of some cases
+    python -m benchmarks.speed --against 730e54b4 set6        ... and their ratios to a commit's
+    python -m benchmarks.speed --kernels set6                 ... and how much of it kernels do
+    python -m benchmarks.speed --list                         the cases
 
-Each checkout runs in a separate process and is called by public names only, so a checkout can be
-compared if it has today's public names. Both do the same work in turn, under the same load; the
-result is the median of the ratios of CPU time of such pairs. Beside it stands the ratio of the
-shortest times, which other work leaves alone.
+Without names all cases are timed, which takes an hour. `cases.py` has them. The commit is checked
+out into a folder for temporary files and stays there with its compiled kernels, so that a second
+comparison begins at once; a folder of the project may stand in its place. Each state runs in a
+process of its own, and both do the same work in turn: the result is the median of the ratios of
+their CPU times, with the quartiles of those ratios in brackets. Beside it stands the ratio of the
+shortest times, which other work on the machine leaves alone.
+
+The case `cold` starts commands with an empty cache of compiled kernels, three times at most.
 """
 
 from __future__ import annotations
 
 import argparse
+import getpass
+import io
+import json
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator
+import tarfile
+import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
-from statistics import median
-from typing import Any
+from statistics import median, quantiles
+from typing import NamedTuple
 
-import numpy as np
-
-import nlds_vines as nv
+from benchmarks import cold
+from benchmarks.cases import GROUPS
 
 HERE = Path(__file__).resolve().parents[1]
-SET6 = nv.load_system("ssul-set6")
-SECTIONS = ("section", "impacts")
-WINDOW = {"start": 7.0, "stop": 7.8}  # [rad/s] irregular orbits among regular ones
+ROUNDS = 15  # pairs of times
+COLD = "cold"
+COLD_ROUNDS = 3  # each takes minutes
+COLD_GROUP = "an empty cache"
 
 
-def orbits(
-    system: nv.System, count: int, record: tuple[str, ...] = SECTIONS, **sampling: Any
-) -> Callable[[], object]:
-    """Return a function that follows `count` orbits from random starts over 100 periods.
+class Times(NamedTuple):
+    """CPU times [s] of a piece of work: as a whole, and of its calls of compiled kernels."""
 
-    A longer orbit would settle, and its periods would repeat to the bit and be copied.
-    """
-    tables: dict[str, Any] = {
-        "vary": {"omega": [system.parameters["omega"]]},
-        "start": {"policy": "random", "count": count, "seed": 1},
-        "sampling": {"transient": 0, "periods": 100, **sampling},
-        "record": record,
-    }
-    return lambda: nv.scan(system, quiet=True, **tables)
+    whole: float
+    kernels: float
 
 
-def changed(**changes: Any) -> nv.System:
-    """Return Set 6 at 6.28 rad/s with some parameters or the contact law changed."""
-    return nv.load_system("ssul-set6", omega=6.28, **changes)
+Spends = Callable[[str], dict[str, Times]]
+"""Does a piece of work once; returns the times of each row of the table that it fills."""
 
 
-def scanned(vary: Any, **tables: object) -> Callable[[], object]:
-    """Return a function that computes a scan, and writes an archive that is deleted at once."""
-    scan = nv.load_scan({"system": "ssul-set6", "vary": vary, **tables})
-    return lambda: nv.scan(scan, quiet=True)
+# ---- an earlier state ----------------------------------------------------------------------------
 
 
-def often(times: int, call: Callable[..., object], *words: Any, **options: Any) -> Callable:
-    """Return a function that calls another so many times."""
-    return lambda: [call(*words, **options) for _ in range(times)]
+def git(*words: str) -> bytes:
+    """Return what git prints; SystemExit with its message if it fails."""
+    done = subprocess.run(["git", "-C", str(HERE), *words], capture_output=True)
+    if done.returncode:
+        raise SystemExit(done.stderr.decode().strip())
+    return done.stdout
 
 
-def shaken() -> Callable[[], object]:
-    """Return a function that follows a damper for 40 s of noise under a smooth envelope."""
-    times = np.arange(4000) * 0.01
-    noise = np.random.default_rng(1).normal(size=times.size) * np.sin(np.pi * times / 40.0)
-    record = {"times": times.tolist(), "values": (3.0 * noise / np.abs(noise).max()).tolist()}
-    load = {"record": {**record, "unit": "m/s^2"}}
-    return partial(nv.response_history, "tmd", load=load, duration=40.0, quiet=True)
+def checkout_of(commit: str) -> Path:
+    """Return a folder with the files of a commit, unpacked where temporary files are."""
+    name = git("rev-parse", "--verify", f"{commit}^{{commit}}").decode().strip()
+    home = Path(tempfile.gettempdir()) / f"nlds_vines-{getpass.getuser()}"
+    home.mkdir(mode=0o700, exist_ok=True)
+    folder = home / name[:12]
+    if not folder.exists():
+        with tempfile.TemporaryDirectory(dir=home) as unpacked:
+            with tarfile.open(fileobj=io.BytesIO(git("archive", name))) as archive:
+                archive.extractall(unpacked, filter="data")
+            Path(unpacked).rename(folder)
+            Path(unpacked).mkdir()  # which the block removes
+    return folder
 
 
-def sampled(count: int = 10_000) -> Callable[[], object]:
-    """Return a function that follows Set 6 with four parameters drawn at random."""
-    rng = np.random.default_rng(0)
-    samples = {
-        name: SET6.parameters[name] * (1.0 + 0.05 * rng.normal(size=count))
-        for name in ("k1", "k2", "C", "P")
-    }
-    sampling: dict[str, Any] = {"transient": 200, "periods": 100}
-    return lambda: nv.scan(SET6, samples=samples, record=["energy"], sampling=sampling, quiet=True)
+def folder_of(state: str) -> Path:
+    """Return the folder of a commit, or that of a path to a checkout."""
+    if (Path(state) / "nlds_vines").is_dir():
+        return Path(state).resolve()
+    return checkout_of(state)
 
 
-LINE = {"omega": {**WINDOW, "num": 41}}
-DESIGNS = {"k2": {"start": 300.0, "stop": 1500.0, "num": 64}}
-PLANE = {"omega": {**WINDOW, "num": 9}, "P": {"start": 500.0, "stop": 900.0, "num": 5}}
-
-BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
-    "exact": lambda: orbits(changed(), 1000),
-    "two-walls": lambda: orbits(nv.load_system("ssbl", omega=6.28), 500),
-    "no-contact": lambda: orbits(nv.load_system("tmd", omega=6.28), 10_000, ("section",)),
-    "rk4": lambda: orbits(changed(), 30, method="rk4"),
-    "energies": lambda: orbits(changed(), 500, ("energy",)),
-    "response": lambda: orbits(changed(), 500, ("response",)),
-    "soft": lambda: orbits(changed(K=1e5), 500),
-    "steel": lambda: orbits(changed(E2=2.1e11), 500),
-    "hunt-crossley": lambda: orbits(changed(hunt_crossley=0.3), 500),
-    "power": lambda: orbits(changed(law="power", K=6e6, exponent=1.2), 500),
-    "linear": lambda: orbits(changed(law="linear", kc=1e6, cc=1e3), 500),
-    "restitution": lambda: orbits(changed(law="restitution", e=0.7), 500),
-    "diagram": lambda: scanned(LINE, record={"want": ["section", "impacts", "energy"]}),
-    "verdicts": lambda: scanned(LINE, record={"want": ["regime", "lyapunov", "evidence"]}),
-    "map": lambda: scanned(PLANE, record={"want": ["regime", "energy"]}),
-    "branch": lambda: lambda: nv.continue_branch(SET6, "omega", (5.0, 9.0), quiet=True),
-    "designs": lambda: scanned(
-        DESIGNS, sampling={"transient": 200, "periods": 60}, record={"want": ["energy"]}
-    ),
-    "samples": sampled,
-    "with_": lambda: often(1000, SET6.with_, omega=7.5),
-    "simulate": lambda: often(300, nv.simulate, SET6, 1, quiet=True),
-    "classify": lambda: often(50, nv.classify, SET6.with_(omega=5.5), quiet=True),
-    "blow": lambda: often(20, nv.response_history, "tmd", impulse=300.0, duration=10.0, quiet=True),
-    "record": shaken,
-}
-
-
-def spent(work: Callable[[], object]) -> float:
-    began = time.process_time()
-    work()
-    return time.process_time() - began
+# ---- times ---------------------------------------------------------------------------------------
 
 
 @contextmanager
-def in_kernels(kernels: Iterable[tuple[Any, str]] = ()) -> Iterator[list[float]]:
-    """Collect the CPU times of the calls of kernels, each named by the module that looks for it.
-
-    By default those that public functions call.
-    """
-    from nlds_vines.kernels.cells import lanes
-    from nlds_vines.orbits import load_flight, simulation
-
-    usual = (
-        (simulation, "run_cell"),
-        (load_flight, "fly_orbits"),
-        (load_flight, "fill_rates"),
-        (lanes, "run_lanes"),
-        (lanes, "judge_lanes"),
-    )
-    times: list[float] = []
-
-    def timed(kernel: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*arguments: Any) -> Any:
-            began = time.thread_time()
-            result = kernel(*arguments)
-            times.append(time.thread_time() - began)
-            return result
-
-        return call
-
-    before = [(module, name, getattr(module, name)) for module, name in kernels or usual]
-    for module, name, kernel in before:
-        setattr(module, name, timed(kernel))
-    try:
-        yield times
-    finally:
-        for module, name, kernel in before:
-            setattr(module, name, kernel)
-
-
-@contextmanager
-def checkout(folder: Path) -> Iterator[Callable[[str], float]]:
-    """Start a process of a checkout; yield a function that returns the CPU time [s] of a piece.
-
-    It raises SystemExit where the checkout cannot do that piece of work.
-    """
+def process_of(folder: Path) -> Iterator[Spends]:
+    """Start a process with the package of a folder; yield a function that does work there."""
     with subprocess.Popen(
-        [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"],
+        [sys.executable, "-P", str(HERE / "benchmarks" / "cases.py")],
         text=True,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(folder.resolve())},
+        env={**os.environ, "PYTHONPATH": str(folder)},
     ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        source = process.stdout.readline().strip()
+        if source != str(folder):
+            raise SystemExit(f"{folder}: Python loads the package of {source or 'no folder'}")
 
-        def spends(name: str) -> float:
-            assert process.stdin is not None
-            assert process.stdout is not None
+        def spends(name: str) -> dict[str, Times]:
             print(name, file=process.stdin, flush=True)
-            answer = process.stdout.readline()
+            answer = process.stdout.readline()  # type: ignore[union-attr]
             if not answer:
-                raise SystemExit(f"{name}: the process has ended")
-            return float(answer)
+                raise SystemExit(f"{folder}: {name} failed")
+            whole, kernels, note = json.loads(answer)
+            if note:
+                print(f"{folder}: {name}: {note}", file=sys.stderr)
+            return {name: Times(whole, kernels)}
 
         try:
             yield spends
@@ -192,67 +121,115 @@ def checkout(folder: Path) -> Iterator[Callable[[str], float]]:
             process.kill()
 
 
-def serve() -> None:
-    """Do the work that lines of standard input name, and print what each took."""
-    prepared: dict[str, Callable[[], object]] = {}
-    for line in sys.stdin:
-        name = line.strip()
-        if name not in prepared:
-            prepared[name] = BENCHMARKS[name]()
-            prepared[name]()  # compiles
-        print(spent(prepared[name]), flush=True)
+def cold_of(folder: Path) -> Spends:
+    """Return a function that runs commands from an empty cache, and returns a row for each."""
+
+    def spends(name: str) -> dict[str, Times]:
+        costs = cold.costs(folder)
+        return {f"{name}, {command}": Times(cost.cpu, 0.0) for command, cost in costs.items()}
+
+    return spends
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="CPU times, beside those of another checkout.")
-    parser.add_argument(
-        "--only", nargs="+", metavar="NAME", choices=BENCHMARKS, help="some of them"
-    )
-    parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="a folder of the project")
-    parser.add_argument("--rounds", type=int, default=15, metavar="N", help="pairs (15)")
-    parser.add_argument("--kernels", action="store_true", help="and how much of it kernels do")
-    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.serve:
-        return serve()
-    if options.kernels:
-        for name in options.only or BENCHMARKS:
-            work = BENCHMARKS[name]()
-            work()  # compiles
-            wholes, kernels = list[float](), list[float]()
-            for _ in range(options.rounds):
-                with in_kernels() as times:
-                    wholes.append(spent(work))
-                kernels.append(sum(times))
-            print(f"{name:14} {median(wholes):10.6f} s, of which kernels {median(kernels):10.6f} s")
-        return None
-    with ExitStack() as stack:
-        ours = stack.enter_context(checkout(HERE))
-        other = stack.enter_context(checkout(options.against)) if options.against else None
-        for name in options.only or BENCHMARKS:
-            print(f"{name:14} {compared(ours, other, name, options.rounds)}", flush=True)
-    return None
+def in_turn(
+    ours: Spends, other: Spends | None, name: str, rounds: int
+) -> dict[str, tuple[list[Times], list[Times]]]:
+    """Return the times of each row here and in the other state, round by round.
 
-
-def compared(
-    ours: Callable[[str], float], other: Callable[[str], float] | None, name: str, rounds: int
-) -> str:
-    """Return in words what a piece of work takes here, and beside the other checkout, if any."""
-    mine, theirs = [], []
-    for number in range(rounds + 1):
-        if number % 2:
-            mine.append(ours(name))
+    Each is the first of a pair by turns.
+    """
+    rows: dict[str, tuple[list[Times], list[Times]]] = {}
+    for number in range(rounds):
+        pair = [(0, ours)]
         if other is not None:
-            theirs.append(other(name))
-        if not number % 2:
-            mine.append(ours(name))
-    mine, theirs = mine[1:], theirs[1:]  # the first ones come after compiling
-    text = f"{median(mine):8.4f} s"
-    if other is not None:
-        ratios = [a / b for a, b in zip(mine, theirs, strict=True)]
-        text += f"   median of ratios {median(ratios):.3f}"
-        text += f"   of shortest {min(mine) / min(theirs):.3f}"
+            pair.append((1, other))
+        if number % 2:
+            pair.reverse()
+        for side, spends in pair:
+            for row, times in spends(name).items():
+                rows.setdefault(row, ([], []))[side].append(times)
+    return rows
+
+
+# ---- the table -----------------------------------------------------------------------------------
+
+
+def ratio_text(ours: list[float], others: list[float]) -> str:
+    """Return the median of the ratios of pairs, their quartiles, and the ratio of the least."""
+    ratios = [a / b for a, b in zip(ours, others, strict=True)]
+    low, high = min(ratios), max(ratios)
+    if len(ratios) > 3:
+        low, _, high = quantiles(ratios, n=4)
+    least = min(ours) / min(others)
+    return f"{median(ratios):6.3f} ({low:.3f} to {high:.3f}), of the shortest {least:.3f}"
+
+
+def row_text(name: str, ours: list[Times], others: list[Times], with_kernels: bool) -> str:
+    """Return a row: the time here, its ratio to the other, and the same of kernels."""
+    whole = [times.whole for times in ours]
+    kernels = [times.kernels for times in ours]
+    text = f"{name:32}{median(whole):10.4f} s"
+    if others:
+        text += f"  {ratio_text(whole, [times.whole for times in others])}"
+    if with_kernels and median(kernels):
+        share = median(a / b for a, b in zip(kernels, whole, strict=True))
+        text += f"   kernels {100 * share:.0f} %"
+        if others:
+            text += f" {ratio_text(kernels, [times.kernels for times in others])}"
     return text
+
+
+def main(words: list[str] | None = None) -> None:
+    table = {name: group for group, of in GROUPS.items() for name in of}
+    table[COLD] = COLD_GROUP
+    parser = argparse.ArgumentParser(description="CPU times, beside those of another state.")
+    parser.add_argument("cases", nargs="*", metavar="CASE", help="names of --list; by default all")
+    parser.add_argument("--list", action="store_true", help="print the cases")
+    parser.add_argument(
+        "--against", metavar="COMMIT", help="a commit of this project, or a folder with one"
+    )
+    parser.add_argument("--rounds", type=int, default=ROUNDS, metavar="N", help=f"({ROUNDS})")
+    parser.add_argument("--kernels", action="store_true", help="and how much of it kernels do")
+    options = parser.parse_args(words)
+    unknown = [name for name in options.cases if name not in table]
+    if unknown:
+        parser.error(f"no case {', '.join(unknown)}; allowed: {', '.join(table)}")
+    if options.rounds < 1:
+        parser.error(f"--rounds {options.rounds}; allowed: 1 and more")
+    chosen = options.cases or list(table)
+    if options.list:
+        for line in grouped(table, chosen, lambda name: [f"    {name}"]):
+            print(line)
+        return
+    folder = None if options.against is None else folder_of(options.against)
+    with ExitStack() as stack:
+        ours = stack.enter_context(process_of(HERE))
+        other = None if folder is None else stack.enter_context(process_of(folder))
+
+        def rows_of(name: str) -> Iterator[str]:
+            if name == COLD:
+                rounds = min(options.rounds, COLD_ROUNDS)
+                cold_there = None if folder is None else cold_of(folder)
+                rows = in_turn(cold_of(HERE), cold_there, name, rounds)
+            else:
+                rows = in_turn(ours, other, name, options.rounds)
+            for row, (mine, theirs) in rows.items():
+                yield row_text(row, mine, theirs, options.kernels)
+
+        for line in grouped(table, chosen, rows_of):
+            print(line, flush=True)
+
+
+def grouped(
+    table: dict[str, str], chosen: list[str], rows_of: Callable[[str], Iterator[str] | list[str]]
+) -> Iterator[str]:
+    """Yield the rows of the chosen cases, each group under its name."""
+    group = ""
+    for name in chosen:
+        if table[name] != group:
+            group = table[name]
+            yield f"{group}:"
+        yield from rows_of(name)
 
 
 if __name__ == "__main__":

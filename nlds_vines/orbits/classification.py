@@ -246,7 +246,7 @@ def classify(
     Notes
     -----
     docs/scans.md holds the decision table.  Once compiled, a T,1 orbit takes some 1 ms
-    (`python -m benchmarks.speed --only classify`, 50 calls).
+    (`python -m benchmarks.speed classify`, 50 calls).
 
     Examples
     --------

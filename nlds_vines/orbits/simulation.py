@@ -300,7 +300,7 @@ def simulate(
     Notes
     -----
     Once compiled, a call of one period takes some 50 us
-    (`python -m benchmarks.speed --only simulate`, 300 calls).
+    (`python -m benchmarks.speed simulate`, 300 calls).
 
     Examples
     --------

@@ -24,6 +24,7 @@ LONG = (
     "tests/continuation/plain_derivatives.py",
     "tests/kernels/plain_contact_laws.py",
     "tests/benchmarks/plain_costs.py",
+    "tests/benchmarks/plain_speed.py",
     "tests/continuation/plain_limits.py",
     "tests/kernels/plain_exact.py",
     "tests/kernels/plain_numerics.py",

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import pi
+from math import nan, pi
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -40,6 +40,8 @@ from nlds_vines.model.parameters import (
     hertz_stiffness,
     split_name,
 )
+from nlds_vines.model.ratios import RATIOS as PARAMETERS_BY_RATIO
+from nlds_vines.model.ratios import Ratio
 from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene, Values
 
 if TYPE_CHECKING:
@@ -142,11 +144,23 @@ class Damper:
         Stiffness [N/m] and damping [N s/m] of its joint, by default 0.
     walls : sequence of Wall, optional
         One or two walls, by default none: a tuned mass damper.
+    f : float, optional
+        In place of k, the frequency [Hz] of its mass on a structure at rest: k = (2 pi f)^2 m.
+    zeta : float, optional
+        In place of c, its damping ratio on a structure at rest: c = 2 zeta sqrt(k m).
+    frequency_ratio : float, optional
+        In place of k and f, its frequency over that of the lowest mode of the host alone that has
+        one; `System.from_host` replaces it by f.
 
     Raises
     ------
     RequestError
-        For a mass that is missing or out of place, a negative value, and walls that overlap.
+        For a mass that is missing or out of place, a negative value, two statements of k or of c,
+        and walls that overlap.
+
+    Notes
+    -----
+    What is stated as f or zeta stays, and k and c follow, if the mass changes.
 
     Examples
     --------
@@ -161,6 +175,9 @@ class Damper:
     k: float = 0.0
     c: float = 0.0
     walls: Sequence[Wall] = ()
+    f: float | None = None
+    zeta: float | None = None
+    frequency_ratio: float | None = None
 
     def __post_init__(self) -> None:
         check_name("name", self.name)
@@ -184,6 +201,7 @@ class Damper:
                 )
             for key in ("m", "k", "c") if has_mass else ("k", "c"):
                 DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
+            self._follow_ratios()
             if not _are(Wall, self.walls):
                 raise RequestError(f"walls = {shown(self.walls)} must be a list of Wall")
             walls = tuple(self.walls)
@@ -198,6 +216,58 @@ class Damper:
             self.__dict__["walls"] = walls
             if not has_mass:
                 self.__dict__["attached_to"] = tuple(ends)
+
+    def _follow_ratios(self) -> None:
+        """Set k and c if they are stated as a frequency, or as a ratio."""
+        stated = [key for key in _RATIOS_OF_DAMPERS if getattr(self, key) is not None]
+        if stated and self.m is None:
+            raise RequestError(f"{stated[0]} needs a mass m, which is missing")
+        for key in stated:
+            DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
+        of_k = ["k"] * (self.k != 0) + [key for key in stated if key != "zeta"]
+        of_c = ["c"] * (self.c != 0) + [key for key in stated if key == "zeta"]
+        for beside in (of_k, of_c):
+            if len(beside) > 1:
+                raise RequestError(f"{beside[0]} beside {beside[1]}: give one of them")
+        values = {"m": float(self.m or 0.0), "k": float(self.k)}
+        if self.f is not None:
+            values["k"] = self.__dict__["k"] = _of("f1", "k").parameter(self.f, values)
+        if self.frequency_ratio is not None:  # k is not known before the damper is on a host
+            self.__dict__["k"] = nan
+            self.__dict__["c"] = nan if self.zeta is not None else self.c
+        elif self.zeta is not None:
+            self.__dict__["c"] = float(_of("zeta", "c").parameter(self.zeta, values))
+
+    def tuned_to(self, host: Host) -> Damper:
+        """Return the damper with the frequency f [Hz] of its `frequency_ratio` on a host."""
+        if self.frequency_ratio is None:
+            return self
+        with at(f"damper {self.name!r}: frequency_ratio"):
+            lowest = [omega for omega in host.frequencies.tolist() if omega > 0][:1]
+            if not lowest:
+                raise RequestError("no mode of the host has a frequency: give f or k")
+        f = self.frequency_ratio * lowest[0] / (2 * pi)
+        c = 0.0 if self.zeta is not None else self.c
+        return replace(self, k=0.0, c=c, f=f, frequency_ratio=None)
+
+    @property
+    def statements(self) -> dict[str, float]:
+        """The numbers that determine m, k and c: f in place of k, zeta in place of c."""
+        values = self.own
+        for ratio, key in _RATIOS_OF_DAMPERS.items():
+            if getattr(self, ratio) is not None:
+                del values[key]
+                values[ratio] = float(getattr(self, ratio))
+        return values
+
+    def following(self, keys: Collection[str]) -> set[str]:
+        """Return those of k and c that change if the numbers of `keys` do, by f and zeta."""
+        changed = {*keys}
+        if self.f is not None and "m" in changed:
+            changed.add("k")
+        if self.zeta is not None and not changed.isdisjoint({"m", "k"}):
+            changed.add("c")
+        return changed - {*keys}
 
     @property
     def own(self) -> dict[str, float]:
@@ -239,11 +309,23 @@ class Damper:
             (key, wall.side) for wall in self.walls for key in ("gap", *LAWS[wall.law].allowed)
         ]
         keys = dict.fromkeys(key for key, _ in of_walls)
-        return (*self.own, *keys, *(key + side for key, side in of_walls))
+        ratios = ("f", "zeta") if self.m is not None else ()
+        return (*self.own, *ratios, *keys, *(key + side for key, side in of_walls))
 
     def changed(self, values: Mapping[str, Any]) -> Damper:
         """Return the damper with other numbers by key, or `attached_to` another place."""
-        own = {key: value for key, value in values.items() if key in ("m", "k", "c", PLACE)}
+        own = {
+            key: value
+            for key, value in values.items()
+            if key in ("m", "k", "c", "f", "zeta", PLACE)
+        }
+        stay = self.statements
+        for ratio, key in (("f", "k"), ("zeta", "c")):
+            if ratio in own or key in own:
+                stay.pop(ratio, None)
+                stay.pop(key, None)
+        # what follows from a ratio is computed again
+        statements = {"k": 0.0, "c": 0.0, "f": None, "zeta": None, **stay, **own}
         walls = []
         for wall in self.walls:
             of_wall = {}
@@ -253,7 +335,15 @@ class Damper:
                     of_wall[key] = value
             with at(f"damper {self.name!r}"):
                 walls.append(wall.changed(of_wall) if of_wall else wall)
-        return replace(self, walls=tuple(walls), **own)
+        return replace(self, walls=tuple(walls), **statements)
+
+
+_RATIOS_OF_DAMPERS = {"f": "k", "frequency_ratio": "k", "zeta": "c"}
+
+
+def _of(name: str, gives: str) -> Ratio:
+    """Return the ratio of an oscillator that stands for its k or c."""
+    return next(one for one in PARAMETERS_BY_RATIO if (one.name, one.gives) == (name, gives))
 
 
 @dataclass(frozen=True)
@@ -380,7 +470,7 @@ class HostSystem(Outlined):
 
     @property
     def statements(self) -> Mapping[str, float]:
-        """The parameters; none of a host is set as a ratio of others."""
+        """The parameters; k and c of a damper also where it states f and zeta."""
         return self.parameters
 
     @property
@@ -391,6 +481,10 @@ class HostSystem(Outlined):
     def following(self, names: Collection[str]) -> set[str]:
         """Return the parameters that change with those of `names`: gap+ and gap- with gap."""
         changed = {part for name in names if name not in INITIAL for part in self.parts(name)}
+        for damper in self.dampers:
+            prefix = f"{damper.name}."
+            keys = [name.removeprefix(prefix) for name in changed if name.startswith(prefix)]
+            changed |= {prefix + key for key in damper.following(keys)}
         return {name for name in self.parameters if not changed.isdisjoint(self.parts(name))}
 
     def with_axes(self, names: Iterable[str]) -> HostSystem:
@@ -461,6 +555,8 @@ class HostSystem(Outlined):
             raise unknown("parameter", name, dict.fromkeys([*self.parameters, GROUND, "f"]))
         if damper is None or side:
             return ("omega",) if name == "f" else (name,)
+        if key in _RATIOS_OF_DAMPERS:
+            return (f"{owner}.{_RATIOS_OF_DAMPERS[key]}",)
         sides = (wall.side for wall in damper.walls if key in ("gap", *LAWS[wall.law].allowed))
         return tuple(name + wall for wall in sides) or (name,)
 
@@ -481,9 +577,10 @@ class HostSystem(Outlined):
         Parameters
         ----------
         **changes
-            By name, SI units: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.gap` and
-            constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and
-            `ground`, which replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
+            By name, SI units: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.f` [Hz]
+            in place of k and `cell1.zeta` in place of c; `cell1.gap` and constants of all its
+            walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and `ground`, which
+            replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
             of one damper: `cell1={"k": 300.0}`.
 
         Returns
@@ -552,7 +649,7 @@ class HostSystem(Outlined):
             {
                 "name": damper.name,
                 PLACE: ends if isinstance(ends := damper.attached_to, str) else list(ends),
-                **damper.own,
+                **damper.statements,
                 "walls": [
                     {"gap": wall.gap, "side": wall.side, "law": wall.law, **wall.statements}
                     for wall in damper.walls
@@ -717,7 +814,8 @@ def system_from_host(
     if not _are(Damper, dampers):
         raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
     # dampers with a mass come first, as the links of kernels do
-    ordered = tuple(sorted(dampers, key=lambda damper: damper.m is None))
+    tuned = [damper.tuned_to(host) for damper in dampers]
+    ordered = tuple(sorted(tuned, key=lambda damper: damper.m is None))
     check_places(host, ordered)
     words = string("name", name) or HOST, string("title", title)
     system = HostSystem(host, ordered, MappingProxyType(forces), acceleration, float(omega), *words)
@@ -765,7 +863,7 @@ _OF_LAWS = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.all
 
 def _damper_from(entry: Any) -> Damper:
     """Return the damper of a table, whose law and constants are those of walls without others."""
-    own = ("name", PLACE, "m", "k", "c")
+    own = ("name", PLACE, "m", "k", "c", *_RATIOS_OF_DAMPERS)
     values = table("a damper", entry, (*own, "walls", "law", *_OF_LAWS), own[:2])
     law, walls = values.get("law", HERTZ.name), values.get("walls", [])
     constants = {key: value for key, value in values.items() if key in _OF_LAWS}

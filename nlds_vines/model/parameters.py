@@ -291,6 +291,11 @@ _OF_DAMPERS = {
     "m": Parameter("m", "m", "kg", "mass of", low=0, above=True),
     "k": Parameter("k", "k", "N/m", "stiffness of the spring of", low=0),
     "c": Parameter("c", "c", "N s/m", "damping of", low=0),
+    "f": Parameter("f", "f", "Hz", "frequency, on a structure at rest, of", low=0),
+    "zeta": Parameter("zeta", "ζ", "1", "damping ratio, on a structure at rest, of", low=0),
+    "frequency_ratio": Parameter(
+        "frequency_ratio", "f₂/f₁", "1", "frequency over that of the host's lowest mode, of", low=0
+    ),
     "gap": Parameter("gap", "gap", "m", "gap at rest of"),
     **{
         one.name: replace(one, meaning=f"{one.meaning}, at")

@@ -172,6 +172,7 @@ class System(Outlined):
         dampers: Sequence[Damper] = (),
         *,
         omega: float | None = None,
+        f: float | None = None,
         force: Mapping[str, float] | None = None,
         base: Mapping[str, Any] | None = None,
         name: str = "",
@@ -188,6 +189,8 @@ class System(Outlined):
         omega : float, optional
             Frequency [rad/s] of the force or of the ground's motion; a system for loads in time
             needs neither.
+        f : float, optional
+            The frequency in Hz, in place of omega.
         force : mapping of str to float, optional
             Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
         base : mapping, optional
@@ -206,7 +209,8 @@ class System(Outlined):
         ------
         RequestError
             For an unknown degree of freedom, a name that stands twice, a degree of freedom that no
-            mode moves, and unless `omega` and exactly one of `force` and `base` are given, or none.
+            mode moves, and unless a frequency and exactly one of `force` and `base` are given, or
+            none.
 
         See Also
         --------
@@ -223,6 +227,10 @@ class System(Outlined):
         """
         from nlds_vines.model.host_system import system_from_host
 
+        if f is not None:
+            if omega is not None:
+                raise RequestError("f beside omega: give one of them")
+            omega = number("f", f) * (2 * pi)
         return system_from_host(host, dampers, force, base, omega, name, title)
 
     def heading(self) -> str:

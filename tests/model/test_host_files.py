@@ -106,6 +106,25 @@ def test_a_file_names_a_host_its_dampers_and_its_force(tmp_path):
     assert system.heading() == "a frame with a cell and a stop"
 
 
+def test_a_file_states_dampers_by_frequency_and_ratio_and_keeps_what_it_states():
+    document = tomllib.loads(FILE)["system"]
+    document["dampers"][0] |= {"f": 1.9, "zeta": 0.1}
+    document["dampers"].append(
+        {"name": "tmd", "attached_to": "roof", "m": 90.0, "frequency_ratio": 0.9, "c": 3.0}
+    )
+    system = any_system_from(document)
+    cell, tmd, _ = system.dampers
+    assert cell.statements == {"m": 300.0, "f": 1.9, "zeta": 0.1}
+    frame = nv.shear_frame([1e4] * 3, [8e6] * 3)
+    assert tmd.f == pytest.approx(0.9 * frame.frequencies[0] / (2 * math.pi), rel=1e-12)
+    table = system.to_table()
+    assert table["dampers"][0]["f"] == 1.9
+    assert "k" not in table["dampers"][0]
+    other = any_system_from(tomllib.loads(toml_text({"system": table}))["system"])
+    assert other.to_table() == table
+    assert other.parameters == system.parameters
+
+
 def test_the_file_of_the_page_is_read():
     page = (REPO / "docs" / "hosts.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)

@@ -72,6 +72,42 @@ def test_numbers_are_replaced_by_name(changes, after):
         assert system.with_(**back).parameters.items() >= back.items()
 
 
+def test_a_damper_may_be_stated_by_its_frequency_and_its_damping_ratio():
+    """k = (2 pi f)^2 m and c = 2 zeta sqrt(k m); f and zeta stay if the mass changes."""
+    m, f, zeta = 300.0, 1.9, 0.12
+    tuned = nv.Damper("tuned", "roof", m=m, f=f, zeta=zeta)
+    k = (2 * np.pi * f) ** 2 * m
+    assert (tuned.k, tuned.c) == pytest.approx((k, 2 * zeta * np.sqrt(k * m)), rel=1e-14)
+    system = nv.System.from_host(FRAME, [tuned], force={"roof": 1.0}, f=2.0)
+    assert system.omega == 4 * np.pi
+    heavy = system.with_(**{"tuned.m": 2 * m}).parameters
+    assert (heavy["tuned.k"], heavy["tuned.c"]) == pytest.approx((2 * k, 2 * tuned.c), rel=1e-14)
+    fast = system.with_(**{"tuned.f": 2 * f}).parameters
+    assert (fast["tuned.k"], fast["tuned.c"]) == pytest.approx((4 * k, 2 * tuned.c), rel=1e-14)
+    stiff = system.with_(**{"tuned.k": 4 * k})
+    assert stiff.parameters["tuned.c"] == pytest.approx(2 * tuned.c, rel=1e-14)
+    assert stiff.dampers[0].statements == {"m": m, "k": 4 * k, "zeta": zeta}
+    plain = system.with_(**{"tuned.c": 5.0, "tuned.k": 6.0}).with_(**{"tuned.m": 7.0})
+    assert plain.dampers[0].own == {"m": 7.0, "k": 6.0, "c": 5.0}
+    assert system.following(["tuned.m"]) == {"tuned.m", "tuned.k", "tuned.c"}
+    assert system.following(["tuned.f"]) == {"tuned.k", "tuned.c"}
+    assert system.following(["tuned.zeta"]) == {"tuned.c"}
+
+
+def test_the_frequency_ratio_of_a_damper_counts_from_the_lowest_mode_of_the_host():
+    exact = 2 * np.sqrt(800) * np.sin(np.pi / 14)  # of three equal storeys
+    tuned = nv.Damper("tuned", "roof", m=300.0, frequency_ratio=0.97, zeta=0.1)
+    free = nv.chain([1.0, 1.0], [0.0, 8.0])  # whose first mode has no frequency
+    for host, omega in ((FRAME, exact), (free, 4.0)):
+        damper = nv.Damper("tuned", host.dofs[-1], m=300.0, frequency_ratio=0.97, zeta=0.1)
+        system = nv.System.from_host(host, [damper], force={host.dofs[0]: 1.0}, f=2.0)
+        (placed,) = system.dampers
+        assert placed.k == pytest.approx((0.97 * omega) ** 2 * 300.0, rel=1e-12)
+        assert placed.c == pytest.approx(0.2 * 0.97 * omega * 300.0, rel=1e-12)
+        assert placed.f == pytest.approx(0.97 * omega / (2 * np.pi), rel=1e-12)
+    assert np.isnan([tuned.k, tuned.c]).all()  # before it is on a host
+
+
 def test_a_damper_may_have_the_name_of_a_load():
     assert is_of_load("tone.omega")
     assert not is_of_load("tone.k")
@@ -96,7 +132,7 @@ def test_a_damper_moves_to_another_place():
         ({"cel.k": 1.0}, "unknown parameter 'cel.k'; did you mean 'cell.k'"),
         ({"cell": 1.0}, "unknown parameter 'cell'"),
         ({"m2": 1.0}, "unknown parameter 'm2'"),
-        ({"cell.kk": 1.0}, "damper 'cell': unknown parameter 'kk'; allowed: m, k, c, gap"),
+        ({"cell.kk": 1.0}, "damper 'cell': unknown parameter 'kk'; allowed: m, k, c, f, zeta, gap"),
         ({"stop.m": 1.0}, "damper 'stop': unknown parameter 'm'; allowed: k, c, gap"),
         ({"cell.e+": 1.0}, "damper 'cell': unknown parameter 'e[+]'"),
         ({"ball.gap-": 1.0}, "damper 'ball': unknown parameter 'gap-'"),
@@ -147,6 +183,19 @@ def of(*dampers, host=FRAME, **load):
         (lambda: hung(place=("roof", "ground")), "damper 'a': has no mass m between"),
         (lambda: hung(place=("roof", "roof")), "must be a degree of freedom, or two different"),
         (lambda: hung(m=0.0), "a.m = 0.0 is not allowed: .* must be > 0"),
+        (lambda: hung(k=1.0, f=1.0), "damper 'a': k beside f: give one of them"),
+        (lambda: hung(f=1.0, frequency_ratio=1.0), "f beside frequency_ratio: give one of them"),
+        (lambda: hung(k=1.0, c=1.0, zeta=0.1), "damper 'a': c beside zeta: give one of them"),
+        (lambda: hung(zeta=0.1), "damper 'a': zeta means nothing with k = 0.0"),
+        (lambda: hung(f=-1.0), r"a.f = -1.0 is not allowed: .* \[Hz\] must be >= 0"),
+        (lambda: hung(m=None, place=("roof", "floor1"), f=1.0), "f needs a mass m, which is"),
+        (lambda: SYSTEM.with_(**{"cell.f": 1.0, "cell.k": 1.0}), "cell.f beside cell.k: give one"),
+        (lambda: SYSTEM.with_(**{"cell.frequency_ratio": 1.0}), "unknown parameter 'frequency_r"),
+        (lambda: of(f=1.0), "f beside omega: give one of them"),
+        (lambda: of(f=-1.0, omega=None), "omega = -6.28.* must be > 0"),
+        (lambda: of(f="2 Hz", omega=None), "f = '2 Hz' must be a number"),
+        (lambda: of(hung(frequency_ratio=1.0), host=nv.chain([1.0], [0.0]), force={"x1": 1.0}),
+         "damper 'a': frequency_ratio: no mode of the host has a frequency: give f or k"),
         (lambda: hung(k=-1.0), "a.k = -1.0 is not allowed: .* must be >= 0"),
         (lambda: hung(walls=HARD), "walls = .* must be a list of Wall"),
         (lambda: hung(walls=[HARD, HARD]), "two walls are on one side"),

@@ -49,6 +49,9 @@ class Terminated(KeyboardInterrupt):
     """SIGTERM has come where nothing else takes it; like Ctrl-C but for the exit status."""
 
 
+_raised: list[type[KeyboardInterrupt]] = []  # by signals, and not seen outside a block yet
+
+
 @contextmanager
 def raise_on_signals() -> Iterator[None]:
     """Let SIGINT and SIGTERM raise during the `with` block, unless somebody takes them already.
@@ -64,19 +67,25 @@ def raise_on_signals() -> Iterator[None]:
     numbers = []
     if _in_main_thread():
         numbers = [number for number in exceptions if signal.getsignal(number) in nobody]
-    raised: list[type[KeyboardInterrupt]] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
-        raised.append(exceptions[number])
+        _raised.append(exceptions[number])
         raise exceptions[number]
 
+    if numbers:
+        _raised.clear()  # of an earlier command that has ended in an error
     before = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield
+    except KeyboardInterrupt:
+        _raised.clear()
+        raise
     finally:
         _restore(before)
-    if raised:
-        raise raised[-1]
+    if _raised:
+        dropped = _raised[-1]
+        _raised.clear()
+        raise dropped
 
 
 def _restore(handlers: dict[int, Any]) -> None:

@@ -397,16 +397,23 @@ class Deaf:
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_whose_exception_a_destructor_swallows_ends_a_command(number, status, capsys):
+@pytest.mark.parametrize("is_swallowed", [False, True])
+def test_a_signal_ends_a_command_in_one_line_also_in_a_destructor(
+    is_swallowed, number, status, capsys
+):
+    """In the program and in its command, of which each takes signals."""
     before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
 
     def work():
+        if not is_swallowed:
+            os.kill(os.getpid(), number)
         one = Deaf(number)
         del one
         return 0
 
-    assert exit_status_of("plot", work) == status
+    assert exit_status_of("", lambda: exit_status_of("plot", work)) == status
     assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
+    assert exit_status_of("plot", lambda: 0) == 0
     assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
 
 

@@ -10,6 +10,7 @@ import copy
 import math
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,17 @@ from nlds_vines.model.host_matrices import (
     read_arrays,
 )
 
-_ROUNDING = 1e-10
-"""An eigenvalue of K or C below this fraction of the largest one counts as 0."""
+_ROUNDING = {"M": 1e-10, "K": 1e-12, "C": 1e-10}
+"""Eigenvalues of M, scaled to a unit diagonal, exceed this; those of K and C exceed minus this."""
+
+_RIGID = 64 * np.finfo(float).eps
+"""A motion with at most this strain energy, over the sum of K_ii phi_i^2, is a rigid one."""
+
+_CORRECTED = 1e-4
+"""Modes with an omega^2 below this fraction of the largest one are corrected."""
+
+_SAFE_PIVOT = 1e-13
+"""The least pivot of a matrix with a unit diagonal that round-off leaves three digits of."""
 
 _DEPENDENT = 1e-12
 """A static shape adds nothing if the kept modes hold all but this part of its squared norm."""
@@ -223,18 +233,16 @@ class Host(Outlined):
                     f"M gives the degree of freedom {name!r} the mass {mass:g}, which must be > 0: "
                     "add its mass, or take condense=True, by which it follows the others statically"
                 )
-        if scipy.sparse.issparse(self.M):
-            return  # a reduction meets negative eigenvalues
         for name in ("M", "K", "C"):
             matrix = getattr(self, name)
             if matrix is not None:
-                eigenvalues = scipy.linalg.eigvalsh(matrix)
-                least = _ROUNDING * abs(eigenvalues[-1])
-                if eigenvalues[0] < -least or (name == "M" and eigenvalues[0] <= least):
-                    kind = "positive definite" if name == "M" else "positive semidefinite"
+                is_mass = name == "M"
+                least = _ROUNDING[name] if is_mass else -_ROUNDING[name]
+                failure = _below(least, _with_unit_diagonal(matrix)[0])
+                if failure:
+                    kind = "positive definite" if is_mass else "positive semidefinite"
                     raise RequestError(
-                        f"{name} must be {kind}, but has the eigenvalue {eigenvalues[0]:.4g} "
-                        f"(the largest: {eigenvalues[-1]:.4g})"
+                        f"{name} must be {kind}, but has {failure} (scaled to a unit diagonal)"
                     )
 
     def _complete(self) -> None:
@@ -478,7 +486,9 @@ class Host(Outlined):
             if keep == 0:
                 lowest = f"{self.frequencies[0]:.4g} rad/s"
                 raise RequestError(f"below = {limit:g} leaves no mode: the lowest has {lowest}")
-        count, statics = whole("keep", keep, 1, n), _sequence("statics", statics)
+        statics = _sequence("statics", statics)
+        most = n if n <= MOST_DENSE else MOST_DENSE - len(statics)
+        count = whole("keep", keep, 1, most)
         squares, vectors = (
             _modes(self.K, self.M, count)
             if scipy.sparse.issparse(self.M)
@@ -503,13 +513,17 @@ class Host(Outlined):
                 remainder = np.sqrt(shape @ (self.M @ shape))
                 if remainder > np.sqrt(_DEPENDENT) * norm:
                     basis.append(shape[:, None] / remainder)
-        span = np.hstack(basis)
-        reduced_squares, turned = _modes(
-            span.T @ (self.K @ span), span.T @ (self.M @ span), span.shape[1]
-        )
-        V = span @ turned
+        V = vectors
+        if len(basis) > 1:
+            # K couples no mode with what is left of the static shapes: their modes stand beside
+            span = np.hstack(basis[1:])
+            static_squares, turned = _modes(
+                span.T @ (self.K @ span), span.T @ (self.M @ span), span.shape[1]
+            )
+            squares = np.append(squares, static_squares)
+            V = np.hstack([vectors, span @ turned])
         C = None if self.C is None or self.ratio is not None else V.T @ (self.C @ V)
-        host = Host(np.eye(V.shape[1]), np.diag(reduced_squares), C, ratio=self.ratio)
+        host = Host(np.eye(V.shape[1]), np.diag(squares), C, ratio=self.ratio)
         names = ", ".join(statics)
         note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
         note = f"{self.note}, {note}" if self.condensed else note
@@ -897,22 +911,144 @@ def _modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest eigenvalues omega^2 of K phi = omega^2 M phi, and phi by column.
 
     Each phi has a modal mass of 1 kg, and its largest component is positive.
+
+    Notes
+    -----
+    LAPACK errs in omega^2 by round-off times the largest one, which exceeds the lowest one by 1e14
+    in a beam of 400 elements.  The lowest modes are therefore corrected: the largest eigenvalues of
+    V^T M (K + s M)^-1 M V are 1 / (omega^2 + s) of the lowest modes in the span of V, and no digits
+    of them cancel.  s is 0 unless K is singular but for round-off.
+
+    A motion is rigid (omega = 0) if its strain energy phi^T K phi is round-off beside the sum of
+    K_ii phi_i^2, which no choice of units changes.
     """
     if scipy.sparse.issparse(K):
-        from scipy.sparse.linalg import eigsh
-
-        # the shift is negative, so that a structure that moves freely has a factorization
-        shift = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
-        squares, vectors = eigsh(K, count, M, sigma=shift)
-        order = np.argsort(squares)
-        squares, vectors = squares[order], vectors[:, order]
+        squares, vectors, shift = _sparse_modes(K, M, count)
     else:
+        shift = 0.0
         squares, vectors = scipy.linalg.eigh(K, M)
-        squares, vectors = squares[:count], vectors[:, :count]
+        is_low = squares < _CORRECTED * squares[-1]
+        if is_low.any():
+            # sparse factors, too, as their order of elimination loses fewer digits
+            shift, solve = _shifted_solver(scipy.sparse.csc_array(K), scipy.sparse.csc_array(M))
+            low_squares, low = _corrected(M, vectors[:, is_low], shift, solve)
+            squares = np.concatenate([low_squares, squares[~is_low]])
+            vectors = np.hstack([low, vectors[:, ~is_low]])
+        squares = squares[:count]
+        vectors = vectors[:, :count]
+    stiffness = K.diagonal() @ vectors**2 + shift
     largest = np.take_along_axis(vectors, np.abs(vectors).argmax(axis=0)[None], axis=0)
-    return np.where(squares < _ROUNDING * abs(squares[-1]), 0.0, squares), vectors * np.sign(
-        largest
-    )
+    return np.where(squares <= _RIGID * stiffness, 0.0, squares), vectors * np.sign(largest)
+
+
+def _sparse_modes(K: Any, M: Any, count: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the lowest omega^2, the modes by column, and the shift that they were computed with.
+
+    By Lanczos' method for 1 / (omega^2 + shift), whose errors are round-off times the largest.
+    """
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+    n = K.shape[0]
+    start = M @ np.random.default_rng(0).standard_normal(n)  # the same modes in each run
+    shift, solve = _shifted_solver(K, M)
+    while True:
+        inverse = LinearOperator((n, n), matvec=solve, dtype=float)
+        try:
+            _, vectors = eigsh(K, count, M, sigma=-shift, OPinv=inverse, v0=start)
+        except ArpackError as error:
+            raise RequestError(f"the lowest {count} modes did not converge: {error}") from None
+        squares, vectors = _corrected(M, vectors, shift, solve)
+        highest = squares[-1] + shift
+        if squares[0] + shift > 1e-8 * highest:
+            return squares, vectors, shift
+        shift, solve = _shifted_solver(K, M, 1e-6 * highest)
+
+
+def _corrected(
+    M: Any, vectors: np.ndarray, shift: float, solve: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return omega^2, ascending, and the lowest modes in the span of the columns of `vectors`.
+
+    `vectors` have modal masses of 1 and no common ones; `solve` solves (K + shift M) x = b.
+    """
+    momenta = M @ vectors
+    inverse = momenta.T @ solve(momenta)
+    _, turned = scipy.linalg.eigh((inverse + inverse.T) / 2)
+    modes = vectors @ turned[:, ::-1]
+    momenta = M @ modes
+    squares = 1 / np.sum(momenta * solve(momenta), axis=0) - shift
+    order = np.argsort(squares, kind="stable")
+    return squares[order], modes[:, order]
+
+
+def _shifted_solver(K: Any, M: Any, shift: float = 0.0) -> tuple[float, Any]:
+    """Return s >= `shift` and the function that solves (K + s M) x = b, for sparse matrices.
+
+    s is `shift` if K + s M is regular but for round-off, otherwise the least of a geometric row for
+    which it is.
+    """
+    ratios = K.diagonal() / M.diagonal()
+    least = ratios[ratios > 0].min() if (ratios > 0).any() else 1.0
+    while np.isfinite(shift):
+        scaled, scale = _with_unit_diagonal(K + shift * M)
+        pivots, solve_scaled = _factor(scaled)
+        if pivots.min() > _SAFE_PIVOT:
+            return shift, partial(_solve_scaled, scale, solve_scaled)
+        shift = 100 * shift or 1e-14 * least
+    raise RequestError("K / M exceeds the numbers of a computer: choose other units")
+
+
+def _solve_scaled(scale: np.ndarray, solve: Any, right: np.ndarray) -> np.ndarray:
+    """Return A^-1 b with the solver of D A D, D = diag(scale)."""
+    rows = scale if right.ndim == 1 else scale[:, None]
+    solution: np.ndarray = rows * solve(rows * right)
+    return solution
+
+
+def _factor(matrix: Any) -> tuple[np.ndarray, Any]:
+    """Return the pivots of L D L^T of a symmetric sparse matrix, and the function that solves.
+
+    By Sylvester's law, as many pivots as eigenvalues are negative.  If a pivot is 0, so are all.
+    """
+    from scipy.sparse.linalg import splu
+
+    try:
+        factor = splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:  # exactly singular
+        return np.zeros(1), None
+    pivots = factor.U.diagonal()
+    is_symmetric = np.array_equal(factor.perm_r, factor.perm_c)
+    return pivots if is_symmetric else np.zeros(1), factor.solve
+
+
+def _below(least: float, matrix: Any) -> str:
+    """Return in words which eigenvalues of a symmetric matrix are not above `least`, "" if none."""
+    if scipy.sparse.issparse(matrix):
+        pivots, _ = _factor(matrix - least * scipy.sparse.eye_array(matrix.shape[0]))
+        count = int(np.sum(pivots <= 0))
+        sign = "<= 0" if least > 0 else "< 0"
+        return f"{count} eigenvalue{'s' * (count > 1)} {sign}" if count else ""
+    try:
+        scipy.linalg.cholesky(matrix - least * np.eye(len(matrix)))
+    except scipy.linalg.LinAlgError:
+        lowest = scipy.linalg.eigvalsh(matrix, subset_by_index=[0, 0])[0]
+        return f"the eigenvalue {lowest:.4g}"
+    return ""
+
+
+def _with_unit_diagonal(matrix: Any) -> tuple[Any, np.ndarray]:
+    """Return D A D of a symmetric A, and D > 0: its diagonal is 1, unless that of A is not > 0."""
+    diagonal = matrix.diagonal()
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    if scipy.sparse.issparse(matrix):
+        factors = scipy.sparse.diags_array(scale)
+        return factors @ matrix @ factors, scale
+    return scale[:, None] * matrix * scale, scale
 
 
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:

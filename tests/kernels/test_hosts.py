@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from support import as_host
 
 import nlds_vines as nv
+from nlds_vines.kernels.hosts.modes import fill_modes
 
 pytestmark = pytest.mark.kernels
 
@@ -379,3 +380,20 @@ def test_a_mass_that_rests_on_its_wall_moves_as_from_a_tiny_gap(law, dof):
         system = nv.System.from_host(host, [stop], force={dof: 1.0}, omega=1.3)
         states.append(nv.simulate(system, 1, quiet=True).state)
     assert states[0] == pytest.approx(states[1], abs=1e-7)
+
+
+@pytest.mark.parametrize("ends", ["clamped-free", "free-free"])
+def test_modes_in_kernels_have_low_frequencies(ends):
+    """A lowest omega^2 that is round-off beside the largest: 3e-11, and 0 of a free beam."""
+    beam = nv.beam(1.0, 65.6, 1.18, elements=100, ends=ends)
+    n = len(beam.inertia)
+    squares, modes = np.zeros(n), np.zeros((n, n))
+    fill_modes(beam.M, beam.K, squares, modes)
+    # cos(a) cosh(a) = -1 and 1
+    numbers = {
+        "clamped-free": [1.8751040687119611, 4.694091132974175],
+        "free-free": [0.0, 0.0, 4.730040744862704, 7.853204624095838],
+    }[ends]
+    exact = np.array(numbers) ** 2 * np.sqrt(65.6 / 1.18)
+    assert squares[squares == 0].size == numbers.count(0.0)
+    assert np.sqrt(squares[: len(exact)]) == pytest.approx(exact, rel=1e-7)

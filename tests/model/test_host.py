@@ -4,8 +4,11 @@ import re
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.optimize
 import scipy.sparse
+import scipy.sparse.csgraph
+import scipy.sparse.linalg
 
 import nlds_vines as nv
 
@@ -307,3 +310,149 @@ def test_a_large_host_has_to_be_reduced_and_can_be():
     assert reduced.damping_ratios[:4] == pytest.approx(0.05 / exact, rel=1e-7)
     middle = reduced.frequency_response(0.0, force={"x1500": 1.0})[1499].real
     assert middle == pytest.approx(1500 * 1501 / 3001 / 1e6, rel=1e-6)
+
+
+# ---- modes whose frequencies are far below the highest -------------------------------------------
+
+SLOW = pytest.param(200, marks=pytest.mark.slow("dense modes of 400 coordinates"))
+
+
+@pytest.mark.parametrize("elements", [50, 75, SLOW])
+def test_low_frequencies_of_fine_beams_are_those_of_the_closed_form(elements):
+    length, EI, per_length = 1.0, 65.6, 1.18
+    equation, near = BEAMS["clamped-free"]
+    numbers = np.array([scipy.optimize.brentq(equation, a - 0.3, a + 0.3) for a in near])
+    exact = (numbers / length) ** 2 * np.sqrt(EI / per_length)
+    fine = nv.beam(length, EI, per_length, elements=elements, ratio=0.02)
+    # elements err by less than (j / n)^4, round-off in the entries of K by far less
+    errors = fine.frequencies[:4] / exact - 1
+    assert (np.abs(errors) < (np.arange(1, 5) / elements) ** 4 + 1e-9).all()
+    assert fine.frequencies[0] == pytest.approx(exact[0], rel=2e-9)
+    assert fine.damping_ratios == pytest.approx(np.full(2 * elements, 0.02), rel=1e-6)
+    tip = fine.frequency_response(exact[0], force={f"w{elements}": 1.0})[-2]
+    # a cantilever's mode has phi(tip)^2 = 4 over its mass; the others together add 1e-3 of it
+    assert abs(tip) == pytest.approx(4 / (per_length * 2 * 0.02 * exact[0] ** 2), rel=2e-3)
+
+
+@pytest.mark.parametrize("elements", [50, SLOW])
+def test_the_frequencies_of_a_free_beam_are_0_and_those_of_a_clamped_one(elements):
+    free = nv.beam(1.0, 65.6, 1.18, ends="free-free", elements=elements)
+    clamped = nv.beam(1.0, 65.6, 1.18, ends="clamped-clamped", elements=elements)
+    assert free.frequencies[:2].tolist() == [0.0, 0.0]
+    assert free.frequencies[2:5] == pytest.approx(clamped.frequencies[:3], rel=1e-6)
+
+
+def test_a_penalty_spring_or_a_small_inertia_makes_no_frequency_0():
+    # two masses on a spring each, a third mass that a stiff spring holds: 1 +- 1/2 and 3/2
+    penalty = nv.Host(np.eye(3), [[1e14 + 1, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    held = (3 - np.sqrt(5)) / 2, (3 + np.sqrt(5)) / 2
+    assert penalty.frequencies[:2] == pytest.approx(np.sqrt(held), rel=1e-12)
+    # a mass of nearly 0 between two springs of 1 N/m follows: one spring of 1/2 N/m
+    light = nv.Host(np.diag([1, 1e-13, 1]), [[2, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    exact = np.sqrt([1 - np.sqrt(0.5), 1 + np.sqrt(0.5)])
+    assert light.frequencies[:2] == pytest.approx(exact, rel=1e-9)
+
+
+def test_masses_of_any_size_are_compared_in_their_own_units():
+    host = nv.Host(np.diag([2e5, 1e-6]), np.diag([1e7, 1.0]))
+    assert host.frequencies == pytest.approx([np.sqrt(50.0), 1e3], rel=1e-12)
+    coupled = nv.Host([[2e5, 0.1], [0.1, 1e-6]], np.diag([1e7, 1.0]))
+    squares = np.roots([2e5 * 1e-6 - 0.01, -(2e5 + 1e7 * 1e-6), 1e7])
+    assert coupled.frequencies == pytest.approx(np.sort(np.sqrt(squares)), rel=1e-9)
+    with pytest.raises(nv.RequestError, match="M must be positive definite, but has the eigenv"):
+        nv.Host([[2e5, 0.5], [0.5, 1e-6]], np.diag([1e7, 1.0]))
+
+
+def test_what_moves_without_a_force_is_found_in_any_units():
+    rng = np.random.default_rng(5)
+    for _ in range(8):
+        n = int(rng.integers(4, 60))
+        K = np.zeros((n, n))
+        for _ in range(3 * n):
+            i, j = rng.choice(n, 2, replace=False)
+            k = 10 ** rng.uniform(0, 6)
+            K[[i, j], [i, j]] += k
+            K[[i, j], [j, i]] -= k
+        pieces = scipy.sparse.csgraph.connected_components(K)[0]
+        units = 10 ** rng.uniform(-3, 3, n)
+        host = nv.Host(np.diag(10 ** rng.uniform(-3, 3, n)), K * np.outer(units, units))
+        assert np.count_nonzero(host.frequencies == 0) == pieces
+
+
+@pytest.mark.parametrize(
+    ("elements", "rel"), [(50, 1e-8), pytest.param(200, 1e-6, marks=SLOW.marks)]
+)
+def test_modes_are_those_of_lapack_and_arpack(elements, rel):
+    host = nv.beam(2.0, 70.0, 1.3, elements=elements, ends="clamped-pinned")
+    squares, vectors = scipy.linalg.eigh(host.K, host.M)
+    # LAPACK's own error: round-off times the largest
+    tolerance = 1e-15 * squares[-1]
+    assert np.abs(host.frequencies**2 - squares).max() < 20 * tolerance
+    assert host.frequencies[8:] == pytest.approx(np.sqrt(squares[8:]), rel=rel)
+    assert np.abs(np.abs(host.modes[:, -20:] / vectors[:, -20:]) - 1).max() < 1e-4
+    gram = host.modes.T @ host.M @ host.modes
+    assert np.abs(gram - np.eye(len(gram))).max() < 1e-9
+    energies = host.modes.T @ host.K @ host.modes
+    assert np.abs(energies - np.diag(host.frequencies**2)).max() < 30 * tolerance
+
+
+def test_a_structure_of_2500_degrees_of_freedom_has_the_modes_of_arpack():
+    n = 50  # a grid of masses, springs along both directions: eigenvalues are sums
+    rows = scipy.sparse.diags_array(
+        [-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]
+    )
+    eye = scipy.sparse.eye_array(n)
+    K = 1e6 * scipy.sparse.kron(rows, eye) + 1.1e6 * scipy.sparse.kron(eye, rows)
+    masses = scipy.sparse.diags_array(np.random.default_rng(2).uniform(1.0, 2.0, n * n))
+    host = nv.Host(masses, K)
+    assert scipy.sparse.issparse(host.M)
+    reduced = host.reduced(12, statics=["x1275"])
+    squares = scipy.sparse.linalg.eigsh(K.tocsc(), 12, masses.tocsc(), sigma=0.0)[0]
+    assert reduced.frequencies[:12] == pytest.approx(np.sqrt(np.sort(squares)), rel=1e-10)
+    uniform = nv.Host(eye_of(n * n), K).reduced(12)
+    one = 4 * np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) ** 2
+    exact = np.sort(np.add.outer(1e6 * one, 1.1e6 * one).ravel())[:12]
+    assert uniform.frequencies**2 == pytest.approx(exact, rel=1e-11)
+    free = scipy.sparse.diags_array(K.sum(axis=1))
+    floating = nv.Host(masses, K - free).reduced(4)
+    assert floating.frequencies[0] == 0.0
+    squares = np.sort(scipy.sparse.linalg.eigsh(K - free, 4, masses, sigma=-1.0)[0])
+    assert floating.frequencies[1:] == pytest.approx(np.sqrt(squares[1:]), rel=1e-8)
+
+
+def test_reduced_frequencies_are_those_of_the_modes_that_are_kept():
+    fine = nv.beam(1.0, 65.6, 1.18, elements=80, ratio=0.02)
+    reduced = fine.reduced(3, statics=["w80", "w40"])
+    assert reduced.frequencies[:3] == pytest.approx(fine.frequencies[:3], rel=1e-12)
+    exact = fine.frequency_response(0.0, force={"w80": 1.0}).real
+    assert exact[-2] == pytest.approx(1 / (3 * 65.6), rel=1e-6)
+    static = reduced.frequency_response(0.0, force={"w80": 1.0}).real
+    assert static == pytest.approx(exact, rel=1e-6)
+
+
+def eye_of(n):
+    return scipy.sparse.eye_array(n, format="csc")
+
+
+@pytest.mark.parametrize("name", ["M", "K", "C"])
+@pytest.mark.parametrize("is_hidden", [False, True])
+def test_a_large_structure_with_a_negative_eigenvalue_is_refused(name, is_hidden, error_of):
+    n = 2500
+    matrices = {"M": eye_of(n), "K": 1e6 * eye_of(n), "C": 10.0 * eye_of(n)}
+    matrix = matrices[name].tolil()
+    if is_hidden:  # the diagonal is positive
+        matrix[[1200, 1201], [1201, 1200]] = -1.5 * matrix[0, 0]
+    elif name != "M":
+        matrix[1200, 1200] = -matrix[0, 0]
+    else:
+        matrix[1200, 1201] = matrix[1201, 1200] = matrix[0, 0]  # an eigenvalue of 0
+    matrices[name] = matrix.tocsc()
+    line = error_of(nv.Host, **matrices)
+    sign = "positive definite" if name == "M" else "positive semidefinite"
+    assert f"{name} must be {sign}, but has 1 eigenvalue" in line
+
+
+def test_as_many_modes_as_a_dense_host_holds_can_be_kept(error_of):
+    n = 2500
+    host = nv.Host(eye_of(n), eye_of(n) * 4.0)
+    assert "keep = 2001 must be a whole number from 1 to 2000" in error_of(host.reduced, 2001)

@@ -10,6 +10,8 @@ from ..numerics.compiling import jit
 from ..numerics.elementary import hypotenuse
 
 MOST_JACOBI = 60  # of rotations; some ten are usual
+LOW = 1.0e-10  # omega^2 over the largest one: a lower one is judged by its mode's energies
+RIGID = 1.4e-14  # 64 times round-off; strain energy over the sum of K_ii phi_i^2
 
 
 @jit
@@ -83,8 +85,7 @@ def fill_modes(M, K, squares, vectors):
     sorted_squares = squares[order]
     largest = sorted_squares[n - 1]
     for i in range(n):
-        # without stiffness but for round-off
-        squares[i] = sorted_squares[i] if sorted_squares[i] > 1.0e-13 * largest else 0.0
+        squares[i] = sorted_squares[i]
         row = turned[order[i]].copy()
         # L^-T times the eigenvector
         for j in range(n - 1, -1, -1):
@@ -97,3 +98,14 @@ def fill_modes(M, K, squares, vectors):
                 most = j
         for j in range(n):
             vectors[j, i] = row[j] if row[most] > 0.0 else -row[j]
+        if squares[i] < LOW * largest:
+            # a[i, i] errs by round-off times the largest omega^2, the strain energy phi^T K phi
+            # by round-off times the sum of K_ii phi_i^2
+            strain, springs = 0.0, 0.0
+            for j in range(n):
+                total = 0.0
+                for k in range(n):
+                    total += K[j, k] * row[k]
+                strain += row[j] * total
+                springs += K[j, j] * row[j] * row[j]
+            squares[i] = strain if strain > RIGID * springs else 0.0

@@ -374,6 +374,8 @@ def _text(name: str, data: bytes) -> Labeled:
     A first line of names or of node numbers labels the columns; under an empty cell at its
     beginning, the first column names the rows.
     """
+    if _BANNER.match(data):  # as ANSYS may name it
+        return _market(name, data)
     lines = _lines(data)
     cut = _separator(max(lines[1:] or lines, key=len))
     if cut is not None and all(line.endswith(cut) for line in lines):

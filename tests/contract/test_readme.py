@@ -56,8 +56,8 @@ kinds = loaded(DOCS / "site" / "kinds.py")
 TUTORIAL = "docs/tutorial.md"  # which the gate walks, beside the README
 
 RUN = (
-    "archive.md", "python.md", "branches.md", "hosts.md", "loads-in-time.md", "response-curves.md",
-    "scans.md",
+    "archive.md", "python.md", "branches.md", "hosts.md", "finite-elements.md", "loads-in-time.md",
+    "response-curves.md", "scans.md",
 )  # fmt: skip
 """Pages whose programs in Python are run here."""
 

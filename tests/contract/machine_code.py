@@ -1,7 +1,8 @@
 """What the compiled code of some orbits consists of, as JSON on standard output.
 
-Run in a process of its own with an empty NUMBA_CACHE_DIR: what comes from a cache cannot be looked
-into. Not a test; `test_specialization.py` runs it.
+Run in a process of its own, in which entries are compiled afresh: those from a cache are machine
+code alone. Inner kernels from a cache can be looked into. Not a test; `test_specialization.py` runs
+it.
 """
 
 import inspect
@@ -15,7 +16,7 @@ import numpy as np
 from nlds_vines import load_system
 from nlds_vines.kernels.cells import cells
 from nlds_vines.kernels.events import exact
-from nlds_vines.kernels.numerics.compiling import all_called
+from nlds_vines.kernels.numerics.compiling import Inner, Kernel, all_called
 from nlds_vines.kernels.orbit import orbit
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
@@ -128,7 +129,15 @@ def absent(function, types):
     return [name for name, kind in kinds if str(kind) == "none"]
 
 
+loaded = Kernel._loaded
+
+
+def loaded_if_inner(kernel, kinds):
+    return loaded(kernel, kinds) if isinstance(kernel, Inner) else None
+
+
 if __name__ == "__main__":
+    Kernel._loaded = loaded_if_inner
     cases = {name: compiled(*case) for name, case in CASES.items()}
     # for comparison, a function that is not compiled strictly
     function = numba.njit(lambda x: x * x + x, fastmath=True)

@@ -210,7 +210,8 @@ def test_growth_is_the_same_however_often_variations_are_projected(name, changes
 
 
 def test_multipliers_and_exponents_of_every_labeled_orbit():
-    scan = load_scan(None, {"record": {"want": ["regime", "lyapunov", "evidence"]}})
+    want = ["energy", "regime", "lyapunov", "evidence"]  # with energies: kernels of many tests
+    scan = load_scan(None, {"record": {"want": want}})
     request = Computer(scan).block(Block(0, ((0, scan.lanes),)))
     omega, n = scan.axes[0].values, request["periodicity"][:, 0]
     periodic = n > 0

@@ -78,7 +78,7 @@ def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort, watched, labe
 @pytest.mark.kernels
 def test_a_quick_scan_knows_how_long_it_watched():
     vary, sampling = {"omega": [6.28, 7.4]}, {"transient": 300, "periods": 60, "effort": "quick"}
-    want, changes = ["regime", "evidence"], {"K": 2.5e7}
+    want, changes = ["energy", "regime", "evidence"], {"K": 2.5e7}
     arrays = computed(scan_of("ssul-set6", want, vary, changes=changes, **sampling))
     assert arrays["watched"].ravel().tolist() == [360, 360]
     assert list(arrays["label"].ravel()) == ["T,1", "undetermined"]
@@ -181,7 +181,7 @@ def test_what_is_recorded_changes_no_orbit(method):
         return computed(scan)["section"]
 
     alone = section()
-    for also in (["energy"], ["peak"], ["clearance", "impacts"]):
+    for also in (["energy", "regime"], ["peak", "clearance", "impacts"]):
         np.testing.assert_array_equal(section(*also), alone)
 
 

@@ -20,6 +20,8 @@ Number = TypeVar("Number", int, float)
 
 MOST_CHARACTERS = 1000  # characters of a title, a name or a note: as many as a picture can hold
 
+MOST_LISTED = 4000  # characters of the names that a message lists: two screens
+
 # Unicode's categories of control and formatting characters, half characters and line ends
 _UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 _NUMBERS = {
@@ -114,7 +116,17 @@ def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
     names = list(allowed)
     near = _nearest(str(value)[:60], names)
     hint = f"; did you mean {near!r}?" if near else ";"
-    return RequestError(f"unknown {what} {shown(value)}{hint} allowed: {', '.join(names)}")
+    return RequestError(f"unknown {what} {shown(value)}{hint} allowed: {listed(names)}")
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names with commas between them; of more than a screen, the first and their number."""
+    every = list(names)
+    text = ", ".join(every)
+    if len(text) <= MOST_LISTED:
+        return text
+    shown_names = text[:MOST_LISTED].rpartition(", ")[0] or text[:MOST_LISTED]
+    return f"{shown_names} ... ({len(every)} in all)"
 
 
 def _nearest(text: str, names: Sequence[str]) -> str:

@@ -47,6 +47,7 @@ class Axis(Outlined):
     def __post_init__(self) -> None:
         string("name of an axis", self.name)
         sequence: Any = self.values
+        refuse_masked(self.name, sequence)
         if hasattr(sequence, "__array__"):
             sequence = np.asarray(sequence)
         if not _is_sequence(sequence):
@@ -135,6 +136,12 @@ class Axis(Outlined):
 
     def __hash__(self) -> int:
         return hash((self.name, self.values.tobytes()))
+
+
+def refuse_masked(name: str, values: Any) -> None:
+    """Refuse an array with masked entries, whose mask would be lost and the entries taken."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        raise RequestError(f"{name} has masked entries, which have no value: fill them first")
 
 
 def _is_sequence(values: Any) -> bool:
@@ -253,6 +260,7 @@ def _checked(table: Mapping[Any, Any]) -> dict[str, np.ndarray]:
     for name, values in table.items():
         if not isinstance(name, str):
             raise RequestError(f"column {shown(name)} must be named by a string")
+        refuse_masked(name, values)
         try:
             array = np.asarray(values)
             if array.dtype.kind in "US":  # numbers beside text became text, too

@@ -22,6 +22,7 @@ import scipy  # whose modules are loaded when they are first used: systems of on
 
 from nlds_vines.archives.files import decoded, read_bytes
 from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.model.axis import refuse_masked
 
 MOST_DENSE = 2000
 """The most degrees of freedom whose matrices are dense; a larger host has to be reduced."""
@@ -148,8 +149,7 @@ def _triangle(entries: Any) -> str:
 
 def array_of(name: str, value: Any, words: str) -> np.ndarray:
     """Return an array of floats, or of complex numbers if an imaginary part is not 0."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise RequestError(f"{name} has masked entries, which have no value: fill them first")
+    refuse_masked(name, value)
     try:
         array = np.array(value, dtype=complex if np.iscomplexobj(value) else float)
     except (TypeError, ValueError, OverflowError):

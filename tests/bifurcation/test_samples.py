@@ -97,6 +97,7 @@ def test_files_frames_and_arrays_mean_the_same(tmp_path):
         ({"k1": 4e4}, "k1 must be a list of numbers"),
         ({"k1": [[4e4], [5e4]]}, "k1 must be a list of numbers"),
         ({3: [4e4]}, "column 3 must be named"),
+        ({"k1": np.ma.array([4e4, 5e4], mask=[False, True])}, "k1 has masked entries"),
         (5, "must be arrays by name, a DataFrame or the path of a CSV file"),
         ("", "t.csv': the file is empty"),
         ("k1,C\n", "0 rows"),
@@ -141,6 +142,15 @@ def test_a_pipe_in_place_of_a_table_is_refused_at_once(here, error_of):
 )
 def test_tables_that_do_not_fit_are_refused(changes, words, error_of):
     assert words in error_of(scan_of, **changes)
+
+
+def test_masked_axes_are_refused(error_of):
+    masked = np.ma.array([5.0, 6.0], mask=[False, True])
+    for entry in (masked, {"values": masked}):
+        words = error_of(load_scan, "tmd", {"vary": {"omega": entry}})
+        assert "omega has masked entries, which have no value: fill them first" in words
+    whole = np.ma.array([5.0, 6.0], mask=[False, False])
+    assert load_scan("tmd", {"vary": {"omega": whole}}).axes[0].values.tolist() == [5.0, 6.0]
 
 
 def test_options_replace_axes_and_samples_and_values_are_part_of_the_hash():

@@ -275,7 +275,7 @@ def test_units_as_people_write_them(tmp_path):
         (table(heading="", cut=","), {}, "unit"),
         (table(heading="", cut=",", comma=True), {"unit": "g"}, "times"),
         (table("t [s],a [g]", ",", comma=True), {}, "semicolons"),
-        ("time, a [g]\n2020-01-01 00:00:00, 1\n2020-01-01 00:00:01, 2\n", {}, "no numbers"),
+        ("time, a [g]\n2020-01-32 00:00:00, 1\n2020-01-01 00:00:01, 2\n", {}, "line 2: 2020-01-32"),
         ("1 2 3\n" + table(heading="", cut=" "), {"unit": "g"}, "skip = 1"),
         (table() + "End of data\n", {}, "line 15"),
         (table().replace("0.50000", "1_000"), {}, "line 5"),

@@ -7,7 +7,7 @@ So the same work is done by checkouts of different ages. If a public name change
 new one before the old one, and nothing else here changes.
 
 Orbits never repeat: settled ones repeat to the bit, and what follows is copied, not computed. They
-begin in random states and end before they settle, 100 periods later.
+begin in random states and end before they settle, 100 periods later, or go on irregularly.
 """
 
 from __future__ import annotations
@@ -225,10 +225,10 @@ GROUPS: dict[str, dict[str, Prepare]] = {
         "two-walls-energies": preset("ssbl", 500, ENERGIES, omega=6.28),
         "linear": lambda: orbits(set6(7.05, law="linear", kc=1e6, cc=1e3), 500),
         "restitution": lambda: orbits(set6(7.39, law="restitution", e=0.7), 1000),
-        "power": lambda: orbits(set6(law="power", K=6e6, exponent=1.2), 50),
-        "hunt-crossley": lambda: orbits(set6(hunt_crossley=0.3), 50),
-        "soft": lambda: orbits(set6(K=1e5), 500),
-        "pressed": lambda: orbits(set6(C=-0.01), 200),
+        "power": lambda: orbits(set6(law="power", K=6e6, exponent=1.2), 100),
+        "hunt-crossley": lambda: orbits(set6(7.39, hunt_crossley=0.3), 100),
+        "soft": lambda: orbits(set6(K=1e5), 200),
+        "pressed": lambda: orbits(set6(C=-0.01), 500),
         "bilinear-oscillator": preset("bilinear-oscillator", 1000),
         "hard-oscillator": preset("hard-oscillator", 1000, omega=2.2),
         "impact-oscillator": lambda: orbits(

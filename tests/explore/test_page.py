@@ -541,6 +541,7 @@ def test_words_of_an_archive_do_no_harm(folder):
     assert "&lt;/script&gt;" in html
 
 
+@pytest.mark.slow("pages of 90,000 orbits")
 @pytest.mark.parametrize(("sides", "count"), [(300, 1), (150, 4)])
 def test_a_large_map_fits_into_a_mail(sides, count):
     """Of random numbers, which nothing makes smaller: a real map takes less."""

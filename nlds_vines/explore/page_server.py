@@ -13,6 +13,7 @@ import secrets
 import signal
 import socket
 import threading
+import weakref
 import webbrowser
 from collections.abc import Callable
 from typing import Any
@@ -80,6 +81,8 @@ class OwnersServer(BokehTornado):
         """Draw the token; the cookie is named by the port, as all ports of a host share cookies."""
         self._host, self.token = host, secrets.token_urlsafe(24)
         self._cookie = f"nlds_vines_{host.rpartition(':')[2]}"
+        # requests of pages that are not answered yet, whose sessions do not exist yet
+        self._beginning: weakref.WeakSet[HTTPServerRequest] = weakref.WeakSet()
         super().__init__(
             {"/": Application(FunctionHandler(fill))},
             extra_websocket_origins=[host],
@@ -113,10 +116,18 @@ class OwnersServer(BokehTornado):
             if request.path == ENTRY:
                 answer |= {self._cookie: self.token} if is_token(token.decode("latin-1")) else {}
             elif cookie is not None and is_token(cookie.value):
-                if request.path != "/" or len(self.get_sessions("/")) < MOST_PAGES:
+                is_page = request.path == "/"
+                if not is_page or len(self.get_sessions("/")) + len(self._beginning) < MOST_PAGES:
+                    if is_page:
+                        self._beginning.add(request)
                     return super().find_handler(request, **settings)
                 answer = {"status": 503, "words": _CROWDED}
         return self.get_handler_delegate(request, Answer, answer)
+
+    def log_request(self, handler: RequestHandler) -> None:
+        """Note that a request is answered; Tornado calls this at the end of each."""
+        self._beginning.discard(handler.request)
+        super().log_request(handler)
 
 
 def serve(

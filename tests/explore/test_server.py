@@ -126,6 +126,26 @@ def test_only_so_many_pages_are_open_at_a_time(small_map):
     assert f"{MOST_PAGES} pages are open" in pages[-1][1]
 
 
+class Few(Asked):
+    """The command with three pages at most, which may be left for long."""
+
+    program = (
+        "-c",
+        "import sys; from nlds_vines import __main__; from nlds_vines.explore import page_server;"
+        "page_server.LEFT_SECONDS = 600.0; page_server.MOST_PAGES = 3;"
+        "sys.exit(__main__.main(sys.argv[1:]))",
+    )
+
+
+@pytest.mark.slow("a server and many pages")
+def test_pages_that_are_asked_for_at_once_do_not_pass_the_limit(small_map):
+    """None of them exists yet when the last one is asked for."""
+    with Few(small_map) as running, ThreadPoolExecutor(30) as pool:
+        answers = [*pool.map(lambda _: running.get("/")[0], range(30))]
+        assert running.end() == (130, "")
+    assert sorted(answers) == [200] * 3 + [503] * 27
+
+
 @pytest.mark.slow("a server and many pages")
 def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
     with Patient(small_map) as running, ThreadPoolExecutor(MOST_PAGES) as pool:

@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 
 Number = TypeVar("Number", int, float)
 
+MOST_MESSAGE = 2000  # characters of a message, whose texts come from files of others
 MOST_CHARACTERS = 1000  # characters of a title, a name or a note: as many as a picture can hold
 
 MOST_LISTED = 4000  # characters of the names that a message lists: two screens
@@ -47,6 +48,11 @@ class RequestError(ValueError):
 
     The message is one line that names what was given, where, and what is allowed.
 
+    Parameters
+    ----------
+    message : str
+        The message; line ends in it are escaped.
+
     Examples
     --------
     >>> import nlds_vines as nv
@@ -55,6 +61,17 @@ class RequestError(ValueError):
         ...
     nlds_vines.errors.RequestError: m2 = -1.0 is not allowed: ... must be > 0 and finite
     """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_one_line(message))
+
+
+def _one_line(message: str) -> str:
+    """Return a message with line ends escaped, and without its middle if it is very long."""
+    text = printable(message)
+    if len(text) <= MOST_MESSAGE:
+        return text
+    return f"{text[: MOST_MESSAGE - 500]} ... {text[-490:]}"
 
 
 _is_command: ContextVar[bool] = ContextVar("whether a command is carried out", default=False)
@@ -114,7 +131,7 @@ def _hidden(letter: str) -> bool:
 def unknown(what: str, value: object, allowed: Iterable[str]) -> RequestError:
     """Return the error for a name (`what` names its kind) that does not exist, with the nearest."""
     names = list(allowed)
-    near = _nearest(str(value)[:60], names)
+    near = _nearest(value[:60], names) if isinstance(value, str) else ""
     hint = f"; did you mean {near!r}?" if near else ";"
     return RequestError(f"unknown {what} {shown(value)}{hint} allowed: {listed(names)}")
 

@@ -533,7 +533,7 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
             return cls.of(to)
         if to is not None:
             raise RequestError(f"to = {shown(to)} must be the path of an archive (.h5)")
-        if any(options):
+        if any(option is True for option in options):  # anything else is refused as no truth
             raise RequestError("resume and overwrite belong to an archive: name it by to=")
         return cls._in_memory(stem)
 

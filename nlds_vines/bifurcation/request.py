@@ -45,7 +45,9 @@ from nlds_vines.model.setting import (
     Request,
     Whole,
     check_settings,
+    checked_changes,
     entries,
+    is_given,
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
@@ -504,15 +506,16 @@ def load_scan(
     >>> nv.load_scan().title
     'Bifurcation diagram, SSul NES Set 6 (Figure 8)'
     """
+    changes = checked_changes(changes, changes_from)
     if isinstance(source, Scan) and not changes:
         return source
     where = ""
     if isinstance(source, AnySystem) or (isinstance(source, str) and not looks_like_path(source)):
-        changes = {"system": any_system(source), **(changes or {})}
+        changes = {"system": any_system(source), **changes}
         source = None
     if source is None:
         source, where = parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE), DEFAULT_FILE
-        if (changes or {}).get("system"):
+        if is_given(changes.get("system")):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)
     sampled = request.samples()

@@ -36,6 +36,7 @@ from nlds_vines.errors import (
     at,
     checked_words,
     choice,
+    is_command,
     shown,
     string,
     table,
@@ -66,6 +67,7 @@ from nlds_vines.model.setting import (
     Whole,
     check_settings,
     entries,
+    is_given,
     setting,
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
@@ -379,18 +381,20 @@ Source = (
 
 def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     """Return the request of a source; for systems, with each structure alone before them."""
-    systems: Sequence[Any] = changes.get("systems", ())
+    systems: Any = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
     is_document = isinstance(source, CurveRequest | Mapping)
     if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
         # without curves, the file describes a system
         is_document = "curves" in read_request(source)
     document: Any = source if is_document else _DEFAULTS
-    if not is_document and not systems:
+    if not is_document and not is_given(systems):
         listed = source if isinstance(source, list | tuple) else [source]
         systems = DAMPERS if source is None else listed
-    if systems:
-        with at("--system"):
+    if is_given(systems):
+        if isinstance(systems, str) or not isinstance(systems, Sequence):
+            raise RequestError(f"{where}: systems = {shown(systems)} must be a list of systems")
+        with at("--system" if is_command() else where):
             made = [
                 any_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems
             ]

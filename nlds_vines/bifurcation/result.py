@@ -17,7 +17,7 @@ from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.errors import RequestError, at, number, shown, unknown, whole
+from nlds_vines.errors import RequestError, at, number, shown, truth, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.ratios import ratios_in
@@ -285,6 +285,7 @@ def orbit_of(
     ...     bool((orbit.section == results["section"][0, 0]).all())
     True
     """
+    truth("quiet", quiet)
     return cell_orbit(archive, values, start).orbit(record, quiet)
 
 

@@ -107,8 +107,12 @@ def run_options(options: argparse.Namespace) -> RunOptions:
     return RunOptions(**values)
 
 
-def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
-    return None if value is None else Path(value)
+def optional_path(value: str | os.PathLike[str] | None, what: str = "path") -> Path | None:
+    if value is None:
+        return None
+    if not isinstance(value, str | os.PathLike):
+        raise RequestError(f"{what} = {shown(value)} must be the path of a file")
+    return Path(value)
 
 
 def existing(text: str | os.PathLike[str], option: str = "") -> Path:

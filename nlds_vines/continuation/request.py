@@ -23,6 +23,7 @@ from nlds_vines.model.setting import (
     Text,
     Whole,
     check_settings,
+    checked_changes,
     entries,
     setting,
 )
@@ -258,6 +259,7 @@ def load_continuation(
     >>> request.along.low, request.begin.policy
     (6.0, 'rest')
     """
+    changes = checked_changes(changes, changes_from)
     if isinstance(source, Continuation) and not changes:
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)

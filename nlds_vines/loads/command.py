@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import RunOptions, add_run_options
-from nlds_vines.errors import RequestError, at, from_text, unknown
+from nlds_vines.errors import RequestError, at, from_text, table, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
@@ -107,10 +107,11 @@ def response_history(
         tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
     if (of := above.pop("of", None)) is not None:
-        above["record"] = {**above.get("record", {}), "of": [of] if isinstance(of, str) else of}
+        record = table("record", above.get("record", {}))
+        above["record"] = {**record, "of": [of] if isinstance(of, str) else of}
     for key, name, value in (("load", "impulse", impulse), ("sampling", "duration", duration)):
         if value is not None:
-            above[key] = {**above.get(key, {}), name: value}
+            above[key] = {**table(key, above.get(key, {})), name: value}
     request = load_response_history(source, above, _NAME)
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: ResponseHistories | LoadScan = Job.compute(request, source, to, how)

@@ -38,7 +38,9 @@ from nlds_vines.model.setting import (
     Request,
     Whole,
     check_settings,
+    checked_changes,
     entries,
+    is_given,
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
@@ -398,6 +400,7 @@ def load_response_history(
     >>> [system.name for system in request.systems]
     ['none', 'tmd']
     """
+    changes = checked_changes(changes, changes_from)
     if isinstance(source, HistoryRequest) and not changes:
         return source
     form: Any = USUAL if source is None else source
@@ -432,7 +435,7 @@ def load_response_history(
 def _systems(request: Merged, sampled: Samples | None) -> tuple[AnySystem, ...]:
     """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
-    if not listed or (request.is_changed("system") and not request.is_changed("systems")):
+    if not is_given(listed) or (request.is_changed("system") and not request.is_changed("systems")):
         systems = [request.any_system(needs_force=False)]
     else:
         with at(request.origin("systems")):

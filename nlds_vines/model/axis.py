@@ -23,6 +23,7 @@ from nlds_vines.errors import (
     choice,
     from_text,
     number,
+    refuse_bytes,
     shown,
     string,
     table,
@@ -144,6 +145,20 @@ def refuse_masked(name: str, values: Any) -> None:
         raise RequestError(f"{name} has masked entries, which have no value: fill them first")
 
 
+def real_array(what: str, values: Any) -> np.ndarray:
+    """Return an array of finite floats; `RequestError` for texts, masked and complex values."""
+    refuse_masked(what, values)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "US":  # numbers beside text became text, too
+            array = np.asarray(values, dtype=object)
+    except ValueError:  # lists of different lengths
+        raise RequestError(f"{what} = {shown(values)} must be numbers") from None
+    if array.dtype.kind in "iuf" and np.isfinite(array).all():
+        return array.astype(np.float64)
+    return np.array([number(what, value) for value in array.ravel().tolist()]).reshape(array.shape)
+
+
 def _is_sequence(values: Any) -> bool:
     if hasattr(values, "__array__"):
         return bool(np.ndim(values) == 1)
@@ -241,6 +256,7 @@ def samples_of(source: Any) -> Samples:
         source = source[FILE]
     place = "samples"
     if isinstance(source, str | os.PathLike):
+        refuse_bytes("samples", str(source))
         place = f"samples {str(source)!r}"
         with at(place):
             source = _read_csv(Path(source))

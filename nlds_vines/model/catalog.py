@@ -20,7 +20,7 @@ from nlds_vines.model.system import System
 
 # of a scan file, of which `load_system` reads `system` and `set`
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
-_SYSTEM_KEYS = (
+SYSTEM_KEYS = (
     "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
     "contact_2",
 )  # fmt: skip
@@ -153,7 +153,7 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
         scene = SCENES[kind].under(law, law_2)
         ratios = ratios_in(scene)
         foreign = {key: v for key, v in value.items() if not (key in PARAMETERS or key in ratios)}
-        table("system", foreign, (*_SYSTEM_KEYS, *scene.allowed, *ratios))
+        table("system", foreign, (*SYSTEM_KEYS, *scene.allowed, *ratios))
         parameters: dict[str, Any] = {}
         for place, constants in (
             ("[system]", {key: v for key, v in value.items() if key not in foreign}),

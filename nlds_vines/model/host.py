@@ -165,7 +165,11 @@ class Host(Outlined):
         self.ratio = None if ratio is None else _ratios("ratio", ratio)
         if rayleigh is not None:
             a, b = _rayleigh(rayleigh)
-            self.C = a * self.M + b * self.K
+            with np.errstate(over="ignore"):
+                self.C = a * self.M + b * self.K
+            entries = self.C.data if scipy.sparse.issparse(self.C) else self.C
+            if not np.isfinite(entries).all():
+                raise RequestError("rayleigh gives a damping that is no finite number")
         if truth("condense", condense):
             self._condense()
         self._refuse_signs()
@@ -247,12 +251,23 @@ class Host(Outlined):
 
     def _complete(self) -> None:
         """Compute all modes, and from them the damping matrix of modal ratios."""
-        self._squares, self._vectors = _modes(self.K, self.M, len(self.inertia))
-        if self.ratio is not None:
-            moments = self.M @ self._vectors
-            self.C = (moments * modal_damping(self.ratio, self._squares)) @ moments.T
-        elif self.C is None:
-            self.C = np.zeros_like(self.K)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            try:
+                self._squares, self._vectors = _modes(self.K, self.M, len(self.inertia))
+            except np.linalg.LinAlgError as error:
+                raise RequestError(f"M and K give no modes: {error}") from None
+            if self.ratio is not None:
+                moments = self.M @ self._vectors
+                self.C = (moments * modal_damping(self.ratio, self._squares)) @ moments.T
+            elif self.C is None:
+                self.C = np.zeros_like(self.K)
+        for what, values in (
+            ("M and K give a frequency", self._squares),
+            ("M and K give a mode", self._vectors),
+            ("the damping gives a value", self.C),
+        ):
+            if not np.isfinite(values).all():
+                raise RequestError(f"{what} that is no finite number: check the units")
 
     def _in_modes(
         self,
@@ -770,7 +785,7 @@ def beam(
 _READY: Mapping[str, Any] = {make.__name__: make for make in (shear_frame, beam, chain)}
 _OPTIONS = ("ratio", "rayleigh", "dofs", "influence", "condense")
 _REDUCTION = ("keep", "below", "statics")
-_KEYS = {  # of the table of a host, by the key that says where it comes from
+KEYS = {  # of the table of a host, by the key that says where it comes from
     "file": ("file", *_OPTIONS, *_REDUCTION),
     "M": ("M", "K", "C", *_OPTIONS, *_REDUCTION),
     "modes": ("modes", "dofs", *_REDUCTION),
@@ -794,13 +809,13 @@ _KEYS = {  # of the table of a host, by the key that says where it comes from
 
 def host_from(entry: Mapping[str, Any], statics: Sequence[str] = ()) -> Host:
     """Return the host of a table; a reduction keeps by default the static response of `statics`."""
-    table("host", entry, dict.fromkeys(key for keys in _KEYS.values() for key in keys))
-    sources = ["shape"] if "shape" in entry else [key for key in _KEYS if key in entry]
+    table("host", entry, dict.fromkeys(key for keys in KEYS.values() for key in keys))
+    sources = ["shape"] if "shape" in entry else [key for key in KEYS if key in entry]
     if len(sources) != 1:
         raise RequestError(
-            f"{' beside '.join(sources) or 'no host'}: give one of {', '.join(_KEYS)}"
+            f"{' beside '.join(sources) or 'no host'}: give one of {', '.join(KEYS)}"
         )
-    host = _from_source(sources[0], table(sources[0], entry, _KEYS[sources[0]]))
+    host = _from_source(sources[0], table(sources[0], entry, KEYS[sources[0]]))
     if "keep" in entry or "below" in entry:
         return host.reduced(
             entry.get("keep"), below=entry.get("below"), statics=entry.get("statics", statics)
@@ -811,7 +826,7 @@ def host_from(entry: Mapping[str, Any], statics: Sequence[str] = ()) -> Host:
 
 
 def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
-    """Return the host of a table before its reduction; `source`: one of `_KEYS`."""
+    """Return the host of a table before its reduction; `source`: one of `KEYS`."""
     options = {key: entry[key] for key in entry if key in _OPTIONS}
     if source == "file":
         return Host.from_file(string("file", entry["file"]), **options)
@@ -1061,7 +1076,8 @@ def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:
 
 
 def _sequence(name: str, values: Any) -> tuple[Any, ...]:
-    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+    is_scalar = isinstance(values, np.ndarray) and values.ndim == 0
+    if isinstance(values, str) or is_scalar or not isinstance(values, Sequence | np.ndarray):
         raise RequestError(f"{name} = {shown(values)} must be a list")
     return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
 
@@ -1073,7 +1089,9 @@ def _repeated(value: Any, count: int) -> Any:
 
 def _ratios(name: str, value: Any) -> np.ndarray:
     """Return damping ratios, each a number below 1 or a percentage, "2%"."""
-    values = list(value) if isinstance(value, list | tuple | np.ndarray) else [value]
+    is_scalar = isinstance(value, np.ndarray) and value.ndim == 0
+    is_listed = isinstance(value, list | tuple | np.ndarray) and not is_scalar
+    values = list(value) if is_listed else [value]
     for i, one in enumerate(values):
         if isinstance(one, str):
             if not one.endswith("%"):

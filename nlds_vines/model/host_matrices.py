@@ -39,6 +39,7 @@ MOST_ENTRIES = 1 << 24
 _ASYMMETRY = 1e-8
 """The largest difference of two entries that should be equal, over the largest entry."""
 
+_LARGEST = 1e100  # entry of a matrix [SI]: the products of three of them are finite
 _LONGEST_NAME = 64  # bytes of a name in a .npz
 _HEADER = 10_000  # bytes of the header of a .npy
 
@@ -123,6 +124,8 @@ def _symmetric(name: str, value: Any) -> Any:
     if entries.data.dtype.kind not in "iuf" or not np.isfinite(entries.data).all():
         raise RequestError(f"{name} holds a value that is no finite real number")
     entries = entries.astype(np.float64)
+    if entries.nnz and np.abs(entries.data).max() > _LARGEST:
+        raise RequestError(f"{name} holds a value beyond {_LARGEST:g}, in SI units")
     difference = scipy.sparse.coo_array(entries - entries.T)
     worst = np.abs(difference.data).argmax() if difference.nnz else 0
     if difference.nnz and abs(difference.data[worst]) > _ASYMMETRY * np.abs(entries.data).max():

@@ -831,7 +831,7 @@ def host_system_from(
     """Return the system of a table `[system]` of kind "host", by default with a `name`."""
     from nlds_vines.model.host import host_from
 
-    table("system", entry, _KEYS)
+    table("system", entry, HOST_SYSTEM_KEYS)
     damper_entries, drive = entry.get("dampers", []), entry.get("force")
     if not isinstance(damper_entries, list):
         raise RequestError(f"dampers = {shown(damper_entries)} must be tables [[system.dampers]]")
@@ -844,7 +844,7 @@ def host_system_from(
     if drive is None:
         drive = {"base": {"acceleration": 0.0}, "omega": 1.0}
     with at("[system.force]"):
-        drive = table("force", drive, ("at", "base", "omega", "f"))
+        drive = table("force", drive, FORCE_KEYS)
         if ("omega" in drive) == ("f" in drive):
             raise RequestError("one of omega and f must be given")
         rate = number("f", drive["f"]) * (2 * pi) if "f" in drive else drive["omega"]
@@ -857,14 +857,17 @@ def host_system_from(
     return system_from_host(host, dampers, forced, drive.get("base"), rate, *words)
 
 
-_KEYS = ("kind", "name", "title", "host", "dampers", "force")
+HOST_SYSTEM_KEYS = ("kind", "name", "title", "host", "dampers", "force")
+FORCE_KEYS = ("at", "base", "omega", "f")
 _OF_LAWS = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.allowed))
+_OF_DAMPERS = ("name", PLACE, "m", "k", "c", *_RATIOS_OF_DAMPERS)
+DAMPER_KEYS = (*_OF_DAMPERS, "walls", "law", *_OF_LAWS)
+WALL_KEYS = ("gap", "side", "law", *_OF_LAWS)
 
 
 def _damper_from(entry: Any) -> Damper:
     """Return the damper of a table, whose law and constants are those of walls without others."""
-    own = ("name", PLACE, "m", "k", "c", *_RATIOS_OF_DAMPERS)
-    values = table("a damper", entry, (*own, "walls", "law", *_OF_LAWS), own[:2])
+    values = table("a damper", entry, DAMPER_KEYS, _OF_DAMPERS[:2])
     law, walls = values.get("law", HERTZ.name), values.get("walls", [])
     constants = {key: value for key, value in values.items() if key in _OF_LAWS}
     if not isinstance(walls, list):
@@ -872,10 +875,10 @@ def _damper_from(entry: Any) -> Damper:
     made = []
     for number_of_wall, wall in enumerate(walls, start=1):
         with at(f"wall {number_of_wall}"):
-            entries = table("a wall", wall, ("gap", "side", "law", *_OF_LAWS), ["gap"])
+            entries = table("a wall", wall, WALL_KEYS, ["gap"])
             shared = constants if entries.get("law", law) == law else {}
             made.append(Wall(**{"law": law, **shared, **entries}))
-    return Damper(**{key: values[key] for key in own if key in values}, walls=made)
+    return Damper(**{key: values[key] for key in _OF_DAMPERS if key in values}, walls=made)
 
 
 def check_places(host: Host, dampers: Sequence[Damper]) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from types import MappingProxyType
@@ -25,6 +25,7 @@ from nlds_vines.errors import (
     RequestError,
     at,
     choice,
+    is_command,
     number,
     shown,
     string,
@@ -41,7 +42,7 @@ from nlds_vines.model.catalog import (
     read_request,
     without_hosts,
 )
-from nlds_vines.model.parameters import flat
+from nlds_vines.model.parameters import DESCRIBED, flat
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.system import System, refuse_contradiction
 
@@ -280,12 +281,14 @@ class Form:
 
         `changes_from` and `where` are the names of changes and source in messages.
         """
+        changes = checked_changes(changes, changes_from)
         where, below, left = self._open(source, where)
-        above = {k: v for k, v in (changes or {}).items() if v or not isinstance(v, Mapping)}
+        above = {k: v for k, v in changes.items() if not (isinstance(v, Mapping) and not v)}
         for place, layer in ((where, below), (changes_from, above)):
-            if unknown_keys := [key for key in layer if key not in self.keys]:
-                with at(place):
-                    table(f"the {self.kind}", dict.fromkeys(unknown_keys), self.keys)
+            for key in layer:
+                if key not in self.keys:
+                    with at(place):
+                        raise self._unknown(key)
             for name in self.tables.keys() & layer.keys():
                 with at(f"{place}: [{name}]"):
                     table(name, layer[name])
@@ -298,7 +301,7 @@ class Form:
             gone = {
                 other
                 for key in new.keys() & settings.keys()
-                if key in displaced or str(old.get(key, settings[key].default)) != str(new[key])
+                if key in displaced or _text(old.get(key, settings[key].default)) != _text(new[key])
                 for other in settings[key].replaces
             }
             merged[name] = {key: old[key] for key in old if key not in gone} | dict(new)
@@ -313,6 +316,19 @@ class Form:
                     checked = settings[key].check(key, value)
                     document.values.setdefault(name, {})[key] = checked
         return document
+
+    def _unknown(self, key: object) -> RequestError:
+        """Return the error for a key that no table has; it says in which ones it may stand."""
+        if not isinstance(key, str):
+            return RequestError(f"key = {shown(key)} must be a string")
+        places = [name for name, settings in self.tables.items() if key in settings]
+        if key in DESCRIBED:
+            of_parameters = (*self.names, *self.whole)
+            places += [name for name in of_parameters if name not in ("samples", "places")]
+        if not places:
+            return unknown("key", key, self.keys)
+        words = [f"[{name}]" if is_command() else f"{name}={{{key!r}: ...}}" for name in places]
+        return RequestError(f"unknown key {key!r}: it stands in {' or '.join(words)}")
 
     def _open(self, source: Any, where: str) -> tuple[str, Document, list[str] | None]:
         """Return the name of a source, its document, and a file's keys for other tasks."""
@@ -356,6 +372,30 @@ class Form:
         return key != "record" or "want" in self.tables[key]
 
 
+def checked_changes(changes: object, changes_from: object) -> Document:
+    """Return the document of changes, {} for None; `RequestError` for anything else."""
+    if not isinstance(changes_from, str):
+        raise RequestError(f"changes_from = {shown(changes_from)} must be a string")
+    if changes is None:
+        return {}
+    if not isinstance(changes, Mapping):
+        raise RequestError(f"{changes_from} = {shown(changes)} must be a mapping of tables")
+    return changes
+
+
+def _text(value: object) -> str:
+    """Return a value as text, in which the option 2.5 is the number; empty if it has none."""
+    try:
+        return str(value)
+    except Exception:  # of an object of someone else's, or thousands of digits: refused later
+        return ""
+
+
+def is_given(entry: object) -> bool:
+    """Return False for None and for an empty text, list or table, which say nothing."""
+    return not (entry is None or (isinstance(entry, Mapping | Sequence) and not entry))
+
+
 def tables(entries: Mapping[str, Any], nested: Collection[str] = ()) -> dict[str, Any]:
     """Return the entries of a table by names of parameters, those of inner tables as tone.omega.
 
@@ -385,15 +425,15 @@ class Merged:
     def origin(self, name: str, key: str = "") -> str:
         """Return the name in messages of the uppermost layer that has a table, or a key of it."""
         (where, _), (changes_from, above) = self.layers
-        entry = above.get(name)
-        return changes_from if entry and (not key or key in entry) else where
+        entry: Any = above.get(name)
+        return changes_from if is_given(entry) and (not key or key in entry) else where
 
     def place(self, name: str, key: str = "") -> str:
         """Return the place of a table in the uppermost layer that has it, or a key of it."""
         return f"{self.origin(name, key)}: [{name}]"
 
     def is_changed(self, *names: str) -> bool:
-        return any(self.layers[1][1].get(name) for name in names)
+        return any(is_given(self.layers[1][1].get(name)) for name in names)
 
     def table(self, name: str) -> Document:
         """Return the merged entries of a table by names of parameters, which are not validated."""

@@ -141,6 +141,8 @@ class System(Outlined):
 
     def __post_init__(self) -> None:
         choice("kind", self.kind, SCENES)
+        for key in ("parameters", "fixed_ratios"):
+            table(key, getattr(self, key))
         check_law(self.kind, self.law, self.law_2)
         for key in ("name", "title"):
             string(key, getattr(self, key))
@@ -381,6 +383,9 @@ class System(Outlined):
         """
         law: Any = overrides.pop("law", self.law)
         law_2: Any = overrides.pop("law_2", self.law_2)
+        for key, name in (("law", law), ("law_2", law_2)):
+            if not isinstance(name, str):
+                raise unknown(key, name, LAWS)
         before: Mapping[str, float] = self.parameters
         if (law, law_2) != (self.law, self.law_2):
             check_law(self.kind, law, law_2)
@@ -567,7 +572,7 @@ def check_law(kind: str, law: str, law_2: str) -> None:
     scene = SCENES[kind]
     if law != HERTZ.name and not scene.walls:
         raise RequestError(f"law = {law!r}: kind {kind!r} has no contact")
-    if law_2:
+    if not isinstance(law_2, str) or law_2:
         choice("law_2", law_2, LAWS)
         if not scene.second:
             two = [name for name, other in SCENES.items() if other.second]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import choice, whole
+from nlds_vines.errors import choice, truth, whole
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
@@ -24,9 +24,10 @@ from nlds_vines.orbits.batch import Wanted, parts_of, room_for, unit_norms
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.host_batch import kernels_for
 from nlds_vines.orbits.host_orbits import HostOrbits
-from nlds_vines.orbits.records import USUAL
-from nlds_vines.orbits.simulation import IntegrationError, start_state
+from nlds_vines.orbits.records import USUAL, noted
+from nlds_vines.orbits.simulation import IntegrationError, refuse_without_room, start_state
 from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, Settings, chosen_settings
+from nlds_vines.orbits.starts import checked_start
 from nlds_vines.runs.interrupts import stoppable
 
 _KINDS = {code: name for name, code in FLAGS.items()}
@@ -258,13 +259,18 @@ def classify(
     if overrides:
         system = system.with_(**overrides)
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
+    truth("quiet", quiet)
+    rows = noted(USUAL, before, sampled)
+    refuse_without_room(("section",), rows, 1, len(system.scene.components))
     methods = METHODS[:1] if isinstance(system, HostSystem) else METHODS
     how = choice("method", method, methods), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
     kernels = kernels_for(system, Wanted(system.scene, USUAL, *how, settings), notice(quiet))
     if isinstance(system, HostSystem):
         HostOrbits(system).start(start)  # refuses what is inside a rigid wall
-        state = np.zeros(len(system.scene.components)) if start is None else np.array(start, float)
+        state = np.zeros(len(system.scene.components))
+        if start is not None:
+            state = checked_start(start, system.scene.components)
     else:
         state = start_state(system, system.cell.rest, start)[:4]
     cells = np.atleast_2d(system.cells())
@@ -369,6 +375,7 @@ def lyapunov_spectrum(
 ) -> LyapunovSpectrum:
     """Return the Lyapunov spectrum of the orbit from `start` over `periods`, after `ALIGNING`."""
     whole("periods", periods, BATCHES)
+    truth("quiet", quiet)
     needed = Needed(system.scene.key, "exact", ())
     logs, volume = _growth(
         system, start, ALIGNING + periods, Compilation(needed, notice(quiet), False)

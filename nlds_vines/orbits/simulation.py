@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, library, shown, unknown, whole
+from nlds_vines.errors import (
+    RequestError,
+    checked_names,
+    choice,
+    library,
+    shown,
+    truth,
+    unknown,
+    whole,
+)
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
@@ -33,6 +42,8 @@ from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.solver_settings import METHODS, Settings, chosen_settings
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.orbits.starts import ROUND_OFF, checked_start
+from nlds_vines.runs import progress
+from nlds_vines.runs.executors import free_memory
 from nlds_vines.runs.interrupts import stoppable
 
 if TYPE_CHECKING:
@@ -41,6 +52,7 @@ if TYPE_CHECKING:
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 
+_SMALL = 100_000_000  # bytes for which nobody asks how much memory is free, which takes a moment
 SAMPLES = 512  # states of a trajectory in each forcing period, by default
 
 # Up to so many periods (some milliseconds), kernels run in the calling thread.  Longer work runs in
@@ -318,9 +330,12 @@ def simulate(
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
+    truth("quiet", quiet)
+    of = (of,) if isinstance(of, str) else checked_names("of", of)
     is_host = isinstance(system, HostSystem)
     choice("method of a host" if is_host else "method", method, METHODS[:1] if is_host else METHODS)
     record = checked_record(system, record)
+    refuse_without_room(record, periods, samples, len(system.scene.components))
     begin: Beginning | HostBeginning
     if isinstance(system, HostSystem):
         for name, value in options.items():
@@ -551,13 +566,34 @@ def checked_record(system: System | HostSystem, record: Collection[str] | None) 
     if isinstance(record, str):
         record = (record,)
     allowed = HOST_RECORDS if is_host else RECORDS
-    if not isinstance(record, Collection):
+    is_listed = record.ndim == 1 if isinstance(record, np.ndarray) else True
+    if not isinstance(record, Collection) or not is_listed:
         raise RequestError(f"record = {shown(record)} must be a list of {', '.join(allowed)}")
     for word in record:
         choice("record of a host" if is_host else "record", word, allowed)
     if not is_host:
         refuse_impossible(tuple(record), system.scene)
     return tuple(record)
+
+
+def refuse_without_room(record: Collection[str], periods: int, samples: int, size: int) -> None:
+    """Raise `RequestError` if the records of an orbit need more memory than is free."""
+    count = 0
+    if "trajectory" in record:
+        count += periods * samples * size
+    elif "section" in record:
+        count += periods * size
+    if "impacts" in record:
+        count += IMPACT_COLUMNS * 4 * periods
+    if 8 * count < _SMALL:
+        return
+    free = free_memory()
+    if free is not None and 8 * count > free:
+        raise RequestError(
+            f"periods = {periods}: the records {', '.join(record)} need {progress.size(8 * count)} "
+            f"of memory, {progress.size(max(free, 0))} are free: record less, or begin later by "
+            "transient"
+        )
 
 
 def room_for_impacts(capacity: int) -> Impacts:

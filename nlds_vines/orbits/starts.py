@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
+from nlds_vines.model.axis import real_array
 from nlds_vines.model.parameters import INITIAL, LAWS, PHASE, SIDES
 from nlds_vines.model.scenes import HOST, Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
@@ -108,13 +109,13 @@ def _numbers(state: object) -> tuple[float, ...]:
 
 def checked_start(start: Any, names: Sequence[str]) -> np.ndarray:
     """Return the state of the components `names` in which an orbit starts."""
+    text = f"start = {shown(start)}; allowed: {len(names)} finite numbers {', '.join(names)}"
     try:
-        values = np.asarray(start, dtype=float)
-    except (TypeError, ValueError):  # no numbers at all
-        values = np.empty(0)
-    if values.shape != (len(names),) or not np.isfinite(values).all():
-        text = f"{len(names)} finite numbers {', '.join(names)}"
-        raise RequestError(f"start = {shown(start)}; allowed: {text}")
+        values = real_array("start", start)
+    except RequestError:
+        raise RequestError(text) from None
+    if values.shape != (len(names),):
+        raise RequestError(text)
     return values
 
 

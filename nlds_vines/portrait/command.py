@@ -15,12 +15,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import command as commands
 from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.errors import RequestError, shown, table, whole
 from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.spectrum import SIGNALS
@@ -132,7 +134,7 @@ def orbit_portrait(
             table = "sampling" if name in sampling else "portrait"
             changes.setdefault(table, {})[name] = value
         request = _load(source, changes, "orbit_portrait")
-    path = running.optional_path(to)
+    path = running.optional_path(to, "to")
     archive, plot = (path, None) if _is_archive(path) else (None, path)
     how = running.RunOptions(overwrite=overwrite, quiet=quiet)
     target = ArchivePath.for_result(archive, _NAME)
@@ -262,8 +264,9 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
         most_threads()
         from nlds_vines.bifurcation.result import cell_orbit
 
-        cell = cell_orbit(str(source), values or {}, changes.pop("start", "0"))
-        if "f" in (values or {}):
+        values = {} if values is None else table("at", values)
+        cell = cell_orbit(str(source), values, changes.pop("start", "0"))
+        if "f" in values:
             changes["portrait"] = {"frequency": "Hz", **changes.get("portrait", {})}
         return portrait_of(cell, changes, changes_from)
     if values is not None:
@@ -272,6 +275,8 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> PortraitRe
         start = changes["start"]
         if isinstance(start, str) and start != "rest":
             start = numbers("--start", start)
+        elif isinstance(start, np.ndarray):
+            start = start.tolist()
         elif isinstance(start, Collection) and not isinstance(start, str):
             start = list(start)
         is_rest = start is None or start == "rest"

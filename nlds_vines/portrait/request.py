@@ -40,6 +40,7 @@ from nlds_vines.model.setting import (
     Whole,
     check_settings,
     entries,
+    is_given,
     setting,
 )
 from nlds_vines.model.system import System, system_in_words
@@ -533,15 +534,15 @@ def portrait_of(
     System, start and method are the cell's, so `changes` must not have them.
     """
     scan, system = cell.scan, cell.begin.system
-    sampling = changes.get("sampling", {})
-    beside = [key for key in ("system", "set", "start") if changes.get(key)]
+    sampling = table("sampling", changes.get("sampling", {}))
+    beside = [key for key in ("system", "set", "start") if is_given(changes.get(key))]
     beside += [key for key in ("method", "tolerance") if key in sampling]
     if beside:
         raise RequestError(f"{changes_from}: {beside[0]} beside an archive, which holds it")
     start = f", start {cell.start}" if scan.starts > 1 else ""
     regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
-    unit = changes.get("portrait", {}).get("frequency", RAD)
+    unit = table("portrait", changes.get("portrait", {})).get("frequency", RAD)
     title = described(system, unit, [axis.name for axis in scan.axes]) + start + regime
     document = {"title": title, "system": system, "sampling": usual}
     return replace(load_portrait(document, changes, changes_from), cell=cell)

@@ -265,7 +265,7 @@ def basin_measures(
     >>> [(basin.label, basin.share) for basin in nv.basin_measures(scan, P=0.5).basins]
     [('T,0', 0.5), ('T,1', 0.5)]
     """
-    if isinstance(archive, str | os.PathLike):
+    if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return basin_measures(view, side, **values)
     if ATTRACTOR not in archive:

@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.errors import RequestError, at, from_text, number
+from nlds_vines.errors import RequestError, at, from_text, number, whole
 from nlds_vines.model.catalog import AnySystem, any_system
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, FORCE, GROUND, HERTZ, setting_in_words
@@ -163,6 +163,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     with at(f"{changes_from}: [set]"):
         system = system.with_(**changes.pop("set", {}))
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
+    count = whole("count", start["count"], 1)
     p = system.parameters
     shown = {name: p[name] for name in ("omega", "P", "Y", *BASES, GROUND) if name in p}
     if isinstance(system, HostSystem):
@@ -173,7 +174,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
         shown |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
     words = [system_in_words(system), *(setting_in_words(*item) for item in shown.items())]
     document = {
-        "title": f"{', '.join(words)}: {start['count']} starts",
+        "title": f"{', '.join(words)}: {count} starts",
         "system": system,
         "vary": {"omega": {"values": [p["omega"]]}},
         "sampling": _SAMPLING,

@@ -130,7 +130,7 @@ def tune(
         tables["load"] = {"record": os.fspath(tables["load"])}
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
     request = load_tuning(source, tables, "tune")
-    result: Tuned = Job.compute(request, source, to, how, plot=optional_path(plot))
+    result: Tuned = Job.compute(request, source, to, how, plot=optional_path(plot, "plot"))
     return result
 
 

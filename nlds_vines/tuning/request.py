@@ -49,6 +49,7 @@ from nlds_vines.model.setting import (
     Text,
     Whole,
     check_settings,
+    checked_changes,
     entries,
     setting,
     settings_of,
@@ -577,6 +578,7 @@ def load_tuning(
     >>> request.names, request.case_count, request.judged
     (('k2', 'c2'), 61, 'largest E1max of all cases')
     """
+    changes = checked_changes(changes, changes_from)
     if isinstance(source, Tuning) and not changes:
         return source
     request = FORM.read(DEFAULT_SYSTEM if source is None else source, changes, changes_from)

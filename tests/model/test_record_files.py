@@ -262,6 +262,8 @@ def test_units_as_people_write_them(tmp_path):
         for text in spellings.split():
             is_right(read(tmp_path, table(f"t [sec], a [{text}]")), unit)
             is_right(read(tmp_path, table("t [seconds], a"), unit=text), unit)
+            if "/" in text:  # a unit alone, which ends as a time does
+                is_right(read(tmp_path, table(f"t [sec], {text}")), unit)
     assert (ACCELERATIONS["%g"], ACCELERATIONS["mg"]) == (0.0980665, 0.00980665)
     for text in ("m/s", "m", "cm/s", "counts", "pound", "mN", "g/s", ""):
         assert canonical(text) is None
@@ -271,6 +273,7 @@ def test_units_as_people_write_them(tmp_path):
     ("text", "keys", "words"),
     [
         (table("t [s], v [cm/s]"), {}, "cm/s"),
+        (table("time, m/s"), {}, "unknown unit of column 2 'm/s'"),
         (table("t [h], a [g]"), {}, "time_unit"),
         (table(heading="", cut=","), {}, "unit"),
         (table(heading="", cut=",", comma=True), {"unit": "g"}, "times"),

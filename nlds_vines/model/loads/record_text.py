@@ -465,8 +465,13 @@ def _is_unit(text: str) -> bool:
     return word.lower() in TIME_UNITS or canonical(word) is not None
 
 
+_VELOCITY = re.compile(r"(mm|cm|m|km|in|ft)/s(ec)?", re.IGNORECASE)
+
+
 def _heading(word: str) -> tuple[str, str]:
     """Return the name of a column and its unit: `acceleration [g]`, `a / (m/s^2)`, `time_s`."""
+    if "/" in word and (canonical(word) is not None or _VELOCITY.fullmatch(word.strip())):
+        return "", word.strip()  # `m/s/s` is no m/s in seconds
     if match := re.search(r"\[([^\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)", word):
         return word[: match.start()].strip(" /_,"), (match[1] or match[2] or "").strip()
     for place in (match.start() for match in re.finditer(r"[\s/_,]", word)):

@@ -17,8 +17,15 @@ from reference import REQUESTS
 
 from nlds_vines import errors
 from nlds_vines.model.axis import FILE
-from nlds_vines.model.catalog import catalog
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import SYSTEM_KEYS, catalog
+from nlds_vines.model.host import KEYS as HOST_KEYS
+from nlds_vines.model.host_system import (
+    DAMPER_KEYS,
+    FORCE_KEYS,
+    HOST_SYSTEM_KEYS,
+    WALL_KEYS,
+    HostSystem,
+)
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record, RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
@@ -117,6 +124,39 @@ def _nested(tables: dict[str, Schema]) -> dict[str, Schema]:
     return outer
 
 
+def keys(names: Iterable[str], **known: Schema) -> Schema:
+    """Return the schema of a table with keys of these names; values without a schema are free."""
+    return table({name: known.get(name, {}) for name in names})
+
+
+def system_of_a_kind() -> Schema:
+    """Return the schema of a system of one of the kinds with formulas of their own."""
+    names = [*PARAMETERS, *RATIOS]
+    texts = {"type": "object", "additionalProperties": {"type": "string"}}
+    constants = keys(["law", *(name for law in LAWS.values() for name in law.allowed)])
+    return keys(
+        dict.fromkeys([*SYSTEM_KEYS, *names]),
+        kind={"enum": list(SCENES)},
+        parameters=keys(names),
+        sources=texts,
+        assumptions=texts,
+        contact=constants,
+        contact_2=constants,
+    )
+
+
+def system_of_a_host() -> Schema:
+    """Return the schema of a host with dampers and forces."""
+    walls = {"type": "array", "items": keys(WALL_KEYS)}
+    return keys(
+        HOST_SYSTEM_KEYS,
+        kind={"enum": [HostSystem.kind]},
+        host=keys(dict.fromkeys(key for one in HOST_KEYS.values() for key in one)),
+        dampers={"type": "array", "items": keys(DAMPER_KEYS, walls=walls)},
+        force=keys(FORCE_KEYS),
+    )
+
+
 def schema() -> Schema:
     """Return the schema of a request file."""
     of_host: Schema = {"type": ["number", "string", "array"]}  # also attached_to
@@ -131,7 +171,7 @@ def schema() -> Schema:
     spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
     names = {"anyOf": [{"enum": list(catalog())}, {"type": "string"}]}
-    own = {"type": "object", "properties": {"kind": {"enum": [*SCENES, HostSystem.kind]}}}
+    own = {"anyOf": [system_of_a_kind(), system_of_a_host()]}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "nlds_vines: a request file",

@@ -25,6 +25,7 @@ from commands import printed, python
 import nlds_vines
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.__main__ import main as console
+from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.model.axis import Axis
@@ -458,6 +459,16 @@ def test_request_files_are_as_the_schema_says(path):
     jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema.schema())
 
 
+def test_every_system_is_as_the_schema_says():
+    host = nlds_vines.chain([1.0, 2.0], [100.0, 200.0])
+    wall = nlds_vines.Wall(0.05, law="restitution", e=0.7)
+    damper = nlds_vines.Damper("cell", attached_to="x2", m=0.1, k=1.0, walls=[wall])
+    of_host = nlds_vines.System.from_host(host, [damper], force={"x1": 1.0}, omega=6.0)
+    for system in (*catalog().values(), of_host):
+        document = tomllib.loads(toml_text({"system": system.to_table()}))
+        jsonschema.validate(document, schema.schema())
+
+
 def test_the_schema_refuses_mistakes():
     for wrong in (
         {"sampling": {"periods": 0}},
@@ -465,6 +476,13 @@ def test_the_schema_refuses_mistakes():
         {"vary": {"omgea": {"start": 1.0, "stop": 2.0, "num": 3}}},
         {"search": {"method": "newton"}},
         {"figure": {"reduction": 1}},
+        {"system": {"kind": "ssul", "paramters": {"m1": 1.0}}},
+        {"system": {"kind": "ssul", "parameters": {"m_1": 1.0}}},
+        {"system": {"kind": "ssul", "contact": {"lwa": "hertz"}}},
+        {"system": {"kind": "host", "host": {"M": [[1.0]], "Kk": [[1.0]]}}},
+        {"system": {"kind": "host", "dampers": [{"name": "a", "attached": "x1"}]}},
+        {"system": {"kind": "host", "dampers": [{"name": "a", "walls": [{"gpa": 0.1}]}]}},
+        {"system": {"kind": "host", "force": {"omgea": 6.0}}},
     ):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(wrong, schema.schema())

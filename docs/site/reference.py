@@ -323,15 +323,20 @@ def _place(action: argparse.Action) -> str:
     return f"[{text}]" if action.nargs in ("?", "*") else text
 
 
+def _plain(text: str) -> str:
+    """Return a help text as argparse prints it, in which a percent sign is written twice."""
+    return text.replace("%%", "%")
+
+
 def _option(action: argparse.Action) -> Row | None:
     """Return the row of an option, or of an argument that has a help; None for another."""
     if action.help == argparse.SUPPRESS:
         return None
     if not action.option_strings:
-        return (f"`{action.metavar or action.dest}`", action.help) if action.help else None
+        return (f"`{action.metavar or action.dest}`", _plain(action.help)) if action.help else None
     value = f" {action.metavar}" if action.metavar else ""
     names = ", ".join(f"`{text}{value}`" for text in action.option_strings)
-    return (names, action.help or "")
+    return (names, _plain(action.help or ""))
 
 
 # ---- pages ---------------------------------------------------------------------------------------

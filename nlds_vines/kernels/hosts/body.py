@@ -39,7 +39,7 @@ class Body(NamedTuple):
     coupled: bool
     push: Any  # (size,) acceleration by a force of f = 1
     rows: Any  # (links * size,) w: of r by X
-    answers: Any  # (links * size,) accelerations by a unit force along r [1/kg], times -1
+    answers: Any  # (links * size,) accelerations by a unit force along r [1/kg]
     stiffness: Any  # (links,) k of the links [N/m]
     dashpots: Any  # (links,) c of the links [N s/m]
 

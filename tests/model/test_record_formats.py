@@ -9,6 +9,7 @@ import gzip
 import random
 from fractions import Fraction
 
+import h5py
 import numpy as np
 import pytest
 
@@ -379,10 +380,14 @@ FILES = [
 NAMES = [one[0] for one in FILES]
 
 
+def read_file(path, **keys):
+    return Record.of({"file": str(path), **keys})
+
+
 def read(tmp_path, name, text, **keys):
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode("latin-1"))
-    return Record.of({"file": str(path), **keys})
+    return read_file(path, **keys)
 
 
 @pytest.mark.parametrize("file", FILES, ids=NAMES)
@@ -606,3 +611,18 @@ def test_a_header_that_says_more_than_a_title_is_refused(tmp_path, header, error
 )
 def test_what_would_fill_the_memory_is_refused_before(tmp_path, data, words, error_of):
     assert words in error_of(read, tmp_path, "quake.txt", data, unit="g")
+
+
+def test_a_message_names_a_screen_of_columns_at_most(tmp_path, error_of):
+    with h5py.File(tmp_path / "many.h5", "w") as file:
+        for i in range(1001):
+            file[f"{'a long name of a column ' * 2}{i}"] = [0.0, 1.0]
+    wrong = error_of(read_file, tmp_path / "many.h5", unit="g")
+    assert "has 1001 datasets; allowed: up to 1000" in wrong
+    with h5py.File(tmp_path / "many.h5", "a") as file:
+        del file[f"{'a long name of a column ' * 2}7"]
+    assert "has 1000 datasets; allowed" in error_of(read_file, tmp_path / "many.h5", unit="g")
+    keys = {"column": "east", "dt": 0.01, "unit": "g"}
+    wrong = error_of(read_file, tmp_path / "many.h5", **keys)
+    assert "(1000 in all)" in wrong
+    assert len(wrong) < 5000

@@ -64,6 +64,7 @@ from nlds_vines.model.setting import (
 
 LINEAR, CUBIC = "linear", "cubic"
 GAP = 1.5  # a step this many times the median one is a gap
+MOST_GUESSED = 20  # datasets of an HDF5 file among which times are looked for
 TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}  # units of time, in s
 _HDF5 = (".h5", ".hdf5", ".nc")
 _VERTICAL = (
@@ -250,6 +251,11 @@ def _time_of(content: Content, also: str) -> Column:
         raise RequestError(f"{text}{also}")
     if named := [one for one in columns if is_time(one.name, one.unit)]:
         return named[0]
+    if not content.is_ordered and len(columns) > MOST_GUESSED:
+        raise RequestError(
+            f"has {len(columns)} datasets; allowed: a dataset `time` or `t`, dt, the step of the "
+            f"samples, or up to {MOST_GUESSED} datasets of which one ascends{also}"
+        )
     candidates = columns[:1] if content.is_ordered else columns
     ascending = [one for one in candidates if ascends(one.read())]
     if len(ascending) == 1:

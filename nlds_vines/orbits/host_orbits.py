@@ -150,6 +150,12 @@ class HostOrbits:
             forces=np.zeros(count),
             matrix=np.zeros((count, count + 1)),
             rebounds=np.zeros(count),
+            compressed=np.zeros(count),
+            expanded=np.zeros(count),
+            presses=np.zeros(count),
+            least=np.zeros(count),
+            rough=np.zeros(count),
+            values=np.zeros(2 * (HIGHEST + 1)),
             tolerance=self.tolerance,
             arc=arc._replace(tolerance=self.tolerance, settled=SETTLED * self.tolerance),
         )

@@ -1,5 +1,6 @@
 """Orbits of hosts: against one damper's kernels, against SciPy, twins, held walls, round-off."""
 
+import itertools
 import math
 
 import numpy as np
@@ -108,11 +109,23 @@ def force_and_margin(wall, z, s):
     return constants.get("K", 0.0) * max(z, 0.0) ** constants.get("exponent", 1.5) * margin, margin
 
 
-def by_scipy(system, periods, rtol=1e-12):
+def complementary(D, u):
+    """Return x >= 0 with u - D x <= 0, of each pair of which one is 0, by the smallest set."""
+    slack = 1e-13 * np.abs(u).max(initial=0.0)
+    for count in range(len(u) + 1):
+        for chosen in itertools.combinations(range(len(u)), count):
+            which, x = list(chosen), np.zeros(len(u))
+            x[which] = np.linalg.lstsq(D[np.ix_(which, which)], u[which], rcond=1e-12)[0]
+            if np.all(x >= 0) and np.all(u - D @ x <= slack):
+                return x
+    raise AssertionError("no solution")
+
+
+def by_scipy(system, periods, rtol=1e-12, start=None):
     """Return the last state (X, V), and times and speeds of touches, by DOP853 between events.
 
-    A compliant wall pushes from its touch until its depth is zero. A rigid one is struck; when
-    its rebounds have nearly died out it holds, until its force would pull.
+    A compliant wall pushes from its touch until its depth is zero. Rigid ones take impacts by
+    Poisson's law; when the rebounds of one have nearly died out it holds, until it would pull.
     """
     M, C, K, force, rows = matrices_of(system)
     size, inverse = len(M), np.linalg.inv(M)
@@ -125,26 +138,50 @@ def by_scipy(system, periods, rtol=1e-12):
     closed = [False] * len(walls)  # a rigid wall: whether it holds
     pushes = [True] * len(walls)  # whether the force of a closed wall is not switched off
 
-    def solved(which, total):
-        """Return the forces that bring the accelerations (or speeds) `total` out of walls."""
-        W = sides[which]
-        return W, np.linalg.solve(W @ inverse @ W.T, -total)
-
     def seen(i, y):
         return force_and_margin(walls[i], sides[i] @ y[:size] - gaps[i], sides[i] @ y[size:])
 
-    def rates_and_held(t, y):
+    def forces_without(t, y):
         x, v = y[:size], y[size:]
         total = force * math.cos(system.omega * t) - K @ x - C @ v
         for i in number:
             if closed[i] and pushes[i] and not is_rigid[i]:
                 total = total - sides[i] * seen(i, y)[0]
-        held = [i for i in number if closed[i] and is_rigid[i]]
+        return total
+
+    def rates_and_held(t, y):
+        total, held = forces_without(t, y), [i for i in number if closed[i] and is_rigid[i]]
+        forces = np.zeros(0)
         if held:
-            W, forces = solved(held, sides[held] @ inverse @ total)
-            total = total + W.T @ forces
-        a = inverse @ total
-        return np.concatenate([v, a]), dict(zip(held, -forces if held else (), strict=True))
+            W = sides[held]
+            forces = np.linalg.solve(W @ inverse @ W.T, W @ inverse @ total)
+            total = total - W.T @ forces
+        return np.concatenate([y[size:], inverse @ total]), dict(zip(held, forces, strict=True))
+
+    def pressing(t, y, which):
+        """Return the accelerations that press bodies to walls, none of which pulls."""
+        W = sides[which]
+        D = W @ inverse @ W.T
+        return complementary(D, W @ inverse @ forces_without(t, y)) * np.diag(D)
+
+    def strike(t, y, which):
+        """Change the velocities by an impact, and tell which walls hold after it."""
+        W = sides[which]
+        D, e = W @ inverse @ W.T, np.array([walls[i].constants["e"] for i in which])
+        first = complementary(D, W @ y[size:])
+        rest = np.concatenate([y[:size], y[size:] - inverse @ W.T @ first])
+        pressed = pressing(t, rest, which)
+        stays = (pressed > 0) & (e * first * np.diag(D) < 1e-7 * pressed * system.period)
+        y[size:] -= inverse @ W.T @ (first * np.where(stays, 1.0, 1.0 + e))
+        y[size:] -= inverse @ W.T @ complementary(D, W @ y[size:])
+        departure = 1e-12 * np.abs(W).dot(np.abs(y[size:]))
+        departure = np.maximum(departure, (e < 1) * 1e-7 * pressed * system.period)
+        holds = (pressed > 0) & (W @ y[size:] > -departure)
+        for i, is_held in zip(which, holds, strict=True):
+            closed[i] = bool(is_held)
+        if holds.any():  # those that are left so slowly return at once
+            W = W[holds]
+            y[size:] -= inverse @ W.T @ np.linalg.lstsq(W @ inverse @ W.T, W @ y[size:])[0]
 
     def event(function, direction):
         function.terminal, function.direction = True, direction
@@ -162,7 +199,13 @@ def by_scipy(system, periods, rtol=1e-12):
             direction = -1.0 if pushes[i] else 1.0
             yield event(lambda t, y, i=i: seen(i, y)[1] if closed[i] else 1.0, direction)
 
-    t, y, touches, end, stop = 0.0, np.zeros(2 * size), [], periods * system.period, math.inf
+    y = np.zeros(2 * size) if start is None else np.concatenate([start[::2], start[1::2]])
+    t, touches, end, stop = 0.0, [], periods * system.period, math.inf
+    resting = [i for i in number if is_rigid[i] and sides[i] @ y[:size] == gaps[i]]
+    resting = [i for i in resting if sides[i] @ y[size:] == 0]
+    if resting:
+        for i, a in zip(resting, pressing(t, y, resting), strict=True):
+            closed[i] = bool(a > 0)
     while t < end:
         piece = solve_ivp(
             lambda t, y: rates_and_held(t, y)[0], (t, min(end, stop)), y, "DOP853", rtol=rtol,
@@ -175,23 +218,23 @@ def by_scipy(system, periods, rtol=1e-12):
         if met >= len(walls):
             pushes[met - len(walls)] ^= True
             continue
-        speed = sides[met] @ y[size:]
-        if not closed[met]:
+        speed, is_touch = sides[met] @ y[size:], not closed[met]
+        if is_touch:
             touches.append((t, speed))
-        if is_rigid[met] and not closed[met]:
-            e, outward = walls[met].constants["e"], sides[met] @ rates_and_held(t, y)[0][size:]
-            closed[met] = outward > 0 and e * speed < 1e-7 * outward * system.period
-            struck = [met, *(i for i in number if closed[i] and is_rigid[i] and i != met)]
-            wanted = sides[struck] @ y[size:]
-            wanted[0] *= 1.0 if closed[met] else 1.0 + e
-            W, impulses = solved(struck, wanted)
-            y[size:] += inverse @ W.T @ impulses
+        if is_rigid[met] and is_touch:
+            strike(t, y, [met, *(i for i in number if closed[i] and is_rigid[i])])
         else:
             closed[met], pushes[met] = not closed[met], True
-        if not closed[met]:
-            speed, outward = sides[met] @ y[size:], sides[met] @ rates_and_held(t, y)[0][size:]
-            if speed < 0 < outward:
-                stop = t - 0.5 * speed / outward  # no step crosses the whole flight
+        held = [i for i in number if closed[i] and is_rigid[i]]
+        if held and not (is_rigid[met] and is_touch):  # a force that jumps may free walls
+            for i, a in zip(held, pressing(t, y, held), strict=True):
+                closed[i] = bool(a > 0)
+        for i in number:
+            distance = abs(sides[i] @ y[:size] - gaps[i])
+            if not closed[i] and distance < 1e-9 * np.abs(y[:size]).max():
+                speed, outward = sides[i] @ y[size:], sides[i] @ rates_and_held(t, y)[0][size:]
+                if speed < 0 < outward:
+                    stop = min(stop, t - 0.5 * speed / outward)  # no step crosses the whole flight
     return y, np.array(touches).reshape(-1, 2).T
 
 

@@ -10,8 +10,8 @@ follows from its last terms; its error is read from the defect of the equation o
 with the law's force and not its series. Releases, further touches and places where a force is
 switched off are first roots of polynomials, certified as touches are (`touch.first_touch`).
 
-A rigid wall takes an impact at once, by Newton's law. If rebounds end in finite time it holds the
-damper, s = 0, until its force would have to pull.
+A rigid wall takes an impact at once (`strike`). If rebounds end in finite time it holds the damper,
+s = 0, until its force would have to pull.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from ..events.contact import (
 from ..laws.restitution import BRIEF
 from ..numerics.compiling import jit
 from ..numerics.elementary import TINIEST, exp, exponent_of, log, power_of_two
+from ..numerics.fours import from_place
 from ..numerics.roots import guarded
 from ..scene.law import (
     AT_Q,
@@ -46,9 +47,9 @@ from ..scene.law import (
     WEIGHT,
     product,
 )
-from ..watch.touch import AT_R, first_touch, tightened
+from ..watch.touch import AT_R
 from .body import accelerate, along, differentiate, move, push_link
-from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_in
+from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_at, touch_in
 from .host_impact import solve_short
 from .host_variations import (
     remember,
@@ -65,13 +66,24 @@ from .walls import (
     OWN_RATE,
     OWN_SHARE,
     OWN_WEIGHT,
+    PLACES,
     ROOT,
     SCALES,
+    apply_impulses,
+    at_theta,
     fill,
     hold,
+    interpolate,
+    is_rough,
+    least_accelerations,
+    least_rates,
     look,
     outward_at,
+    press,
+    press_now,
     push_all,
+    push_soft,
+    q_and_s,
     scratch_of,
     start_of,
 )
@@ -180,16 +192,54 @@ def expand(body, walls, contacts, drive, unit, y):
         S[after + extra + OF_TIME] = per * S[row + extra + OF_TOTAL]
 
 
-# ---- places on the series ------------------------------------------------------------------------
+# ---- rough forces --------------------------------------------------------------------------------
+#
+# A force z^n whose n p is no whole number has no series in theta at a touch, and near one its
+# radius is short. That does not shorten steps while the force is small beside others, so its own
+# series need not hold in a step whose motion does. It is replaced by the polynomial through the
+# law's force at HIGHEST + 1 places. z^n is q^(n p), n p > 5, with a zero at or beyond the ends of
+# the step, so that the polynomial through Chebyshev's places errs by less than 1e-10 of the largest
+# value.
+
+SMOOTH = 1.0e-12  # error at the end of a step of a series that holds, relative to the force
 
 
 @jit
-def at_theta(S, column, width, x):
-    """Return a column of a series at theta = x units."""
-    total = 0.0
-    for n in range(HIGHEST, -1, -1):
-        total = total * x + S[width * n + column]
-    return total
+def smooth_forces(body, walls, contacts, x):
+    """Make the series of all forces and accelerations hold up to theta = x units."""
+    active, S, size = contacts.active, contacts.series, body.size
+    width, values, line = width_of(body), contacts.values, from_place(contacts.values, HIGHEST + 1)
+    is_changed = False
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if not is_rough(walls, wall):
+            continue
+        k, push = scratch_of(contacts, wall), contacts.pushes[wall]
+        for i in range(2):
+            q, s = q_and_s(k, x * PLACES[i])
+            values[i] = push * look(walls, wall, q, s, 0.0, body.omega).force
+        off = at_theta(k, SERIES + FORCE, COLUMNS, x) - values[1]
+        if abs(off) <= SMOOTH * max(values[0], values[1]) or not x > 0.0:
+            continue
+        for i in range(2, HIGHEST + 1):
+            q, s = q_and_s(k, x * PLACES[i])
+            values[i] = push * look(walls, wall, q, s, 0.0, body.omega).force
+        contacts.rough[wall], is_changed = 1.0, True
+        interpolate(values, x, line)
+        for n in range(HIGHEST + 1):
+            at = SERIES + COLUMNS * n + FORCE
+            more = line[n] - k[at]
+            k[at] = line[n]
+            push_link(body, walls.links[wall], walls.signs[wall] * more, S, width * n + 2 * size)
+    for n in range(HIGHEST + 1 if is_changed else 0):
+        hold(body, walls, contacts, width * n + 2 * size, S)
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] == IS_RIGID:
+                scratch_of(contacts, wall)[SERIES + COLUMNS * n + FORCE] += contacts.forces[wall]
+
+
+# ---- places on the series ------------------------------------------------------------------------
 
 
 @jit
@@ -221,8 +271,8 @@ def place_of(S, column, width, x, value):
 
 
 @jit
-def first_zero(k, column, sign, x, table):
-    """Return the first theta in [0, x], in units, at which sign times a column rises to 0.
+def first_zero(k, column, sign, level, x, table):
+    """Return the first theta in [0, x], in units, at which sign times a column rises to a level.
 
     Beyond x if there is none, negative if it is lost.
     """
@@ -230,8 +280,7 @@ def first_zero(k, column, sign, x, table):
     for n in range(HIGHEST + 1):
         table[AT_R + 4 * n] = power * k[SERIES + COLUMNS * n + column]
         power *= x
-    bend, jerk = tightened(table, math.inf, math.inf)
-    return x * first_touch(table, 0.0, 1.0, sign, 0.0, bend, jerk)
+    return x * touch_at(sign, level, 1.0, table)
 
 
 @jit
@@ -251,12 +300,47 @@ def expand_r_by_theta(body, walls, S, wall, x, table):
 
 
 @jit
-def first_rise(body, walls, S, wall, x, table):
-    """Return, as `first_zero`, the first theta in [0, x] at which a wall is touched."""
+def first_rise(body, walls, contacts, wall, x, table):
+    """Return (theta, depth [m]): as `first_zero`, the first place in [0, x] of a wall's touch.
+
+    The depth is 0, or if a compliant wall is touched almost at rest (`leave_at_rest`), that up to
+    which its force is round-off beside the other contacts'. There the contact begins: in a row of
+    bodies that touch, the depths grow by ever higher powers of the time, and the product of their
+    q^(p - 1) would leave the range of numbers.
+    """
+    S = contacts.series
     most = expand_r_by_theta(body, walls, S, wall, x, table)
-    if walls.signs[wall] * table[AT_R] + most < walls.gaps[wall]:
-        return 2.0 * x
-    return x * touch_in(walls, wall, 1.0, table)
+    sign, gap = walls.signs[wall], walls.gaps[wall]
+    if sign * table[AT_R] + most < gap:
+        return 2.0 * x, 0.0
+    place = touch_in(walls, wall, 1.0, table)
+    if walls.law[wall] == IS_RIGID or not 0.0 <= place <= 1.0:
+        return x * place, 0.0
+    size, width, at, s = body.size, width_of(body), walls.links[wall] * body.size, 0.0
+    for i in range(size):
+        s += sign * body.rows[at + i] * at_theta(S, size + i, width, x * place)
+    external = largest_push(body, walls, contacts, x)
+    if external > 0.0:
+        depth, _ = start_of(walls, wall, external, 0.0)
+        if s < math.sqrt(2.0 * external) * math.sqrt(depth):
+            expand_r_by_theta(body, walls, S, wall, x, table)
+            return x * touch_at(sign, gap + depth, 1.0, table), depth
+    return x * place, 0.0
+
+
+@jit
+def largest_push(body, walls, contacts, x):
+    """Return the largest acceleration [m/s^2] of a compliant contact at theta = 0 and x units."""
+    active, largest = contacts.active, 0.0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            continue
+        for end in (0.0, x):
+            q, s = q_and_s(scratch_of(contacts, wall), end)
+            force = abs(look(walls, wall, q, s, 0.0, body.omega).force)
+            largest = max(largest, force * walls.inverse[wall])
+    return largest
 
 
 @jit
@@ -429,52 +513,119 @@ def begin(host, varied, wall, time, y):
 
 @jit
 def strike(host, varied, wall, time, drive, y):
-    """Take the impact with a rigid wall, and with others that are touched at the same instant.
+    """Take the impact with a rigid wall, and with all others that the bodies are at.
 
-    By Newton's law for all at once: each s turns into -e s, and walls that hold keep s = 0. A wall
-    holds from then on if rebounds from -e s end in rest within a negligible time.
+    By Poisson's law of impacts without friction, as Glocker and Pfeiffer state it (Nonlinear
+    Dynamics 7 (1995) 471), for walls that are struck and walls that hold alike. Impulses >= 0 first
+    bring all walls to rates of their depths <= 0, of which those with an impulse are 0. Then each
+    wall returns e times its impulse, and again impulses >= 0 keep bodies out of walls that they
+    would enter by the rebounds of others. One wall alone turns s into -e s.
+
+    Energy does not rise, whatever e the walls have. With u the velocities after compression and n
+    what its impulses changed, orthogonal in the norm of energy, the velocities at the end are the
+    admissible ones nearest to u - e n. Their energy is at most that of u - e n less any
+    nonnegative impulses, (1 - e) n among them, hence at most that of u - n, and of u + n before.
+
+    A wall holds from then on if it is pressed and rebounds from the returned speed, or from that by
+    the impulses of others, end in rest within a negligible time. They are completed at once.
     """
     body, walls, contacts = host.body, host.walls, host.contacts
-    active, size, before = contacts.active, body.size, contacts.active[0]
-    work, rate = host.scratch.work, host.grid.rate
+    active, size, work, rate = contacts.active, body.size, host.scratch.work, host.grid.rate
     if varied is not None:
         remember(body, walls, contacts, varied, drive, y, work)
     begin(host, varied, wall, time, y)
-    for other in range(walls.number):
-        r, s = along(body, walls.links[other], y, 0)
-        r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
-        is_there = abs(r - gap) <= 4.0e-15 * (abs(gap) + abs(r)) and s > 0.0
-        if is_there and walls.law[other] == IS_RIGID and not is_in_contact(contacts, other):
-            begin(host, varied, other, time, y)
-    # at rest on all of them
-    for i in range(size):
-        work[size + i], work[2 * size + i] = y[size + i], y[size + i]
-    hold(body, walls, contacts, size, work)
-    for i in range(size):
-        y[size + i] = work[size + i]
-    struck = active[0]
-    active[0] = before
-    push_all(body, walls, contacts, drive, y, work)
-    active[0] = struck
-    for c in range(before, struck):
+    for is_struck in (True, False):  # those that the bodies leave may be pushed into them
+        for other in range(walls.number):
+            r, s = along(body, walls.links[other], y, 0)
+            r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
+            is_there = abs(r - gap) <= 4.0e-15 * (abs(gap) + abs(r)) and (s > 0.0) == is_struck
+            if is_there and walls.law[other] == IS_RIGID and not is_in_contact(contacts, other):
+                if is_struck:
+                    begin(host, varied, other, time, y)
+                else:
+                    contacts.rows[other], active[0] = -1, active[0] + 1
+                    active[active[0]] = other
+    compress(host, drive, y)
+    for c in range(active[0]):
         other = active[1 + c]
-        e, pressing = walls.constants[other].e, outward_at(body, walls, other, work, 0)
-        s = e * outward_at(body, walls, other, work, 2 * size)
+        if walls.law[other] != IS_RIGID:
+            continue
+        e, impulse = walls.constants[other].e, contacts.compressed[other]
+        s, pressing = e * impulse * walls.inverse[other], contacts.presses[other]
         stays = pressing > 0.0 and rate * s <= BRIEF * pressing and (e < 1.0 or s == 0.0)
         contacts.rebounds[other] = 0.0 if stays else e
-        contacts.pushes[other] = 1.0 if stays else 0.0
-    for i in range(size):
-        y[size + i] = work[2 * size + i]
-    hold(body, walls, contacts, size, y)
+        contacts.compressed[other] = 1.0 if impulse != 0.0 else 0.0
+    expand_impulses(host, y)
     if varied is not None:
         vary_at_impact(body, walls, contacts, varied, wall)
-    for c in range(struck - 1, before - 1, -1):
-        if contacts.pushes[active[1 + c]] == 0.0:
-            release(host, varied, 1 + c, time, y)
-    for other in range(walls.number):
-        contacts.rebounds[other] = 0.0
+    departs = False  # whether a wall that holds is left at a negligible speed
+    for place in range(active[0], 0, -1):
+        other = active[place]
+        if walls.law[other] != IS_RIGID:
+            continue
+        contacts.pushes[other], contacts.rebounds[other] = 1.0, 0.0
+        s, pressing = -outward_at(body, walls, other, y, size), contacts.presses[other]
+        is_brief = walls.constants[other].e < 1.0 and rate * s <= BRIEF * pressing
+        if pressing > 0.0 and (s <= contacts.least[other] or is_brief):
+            departs = departs or s > contacts.least[other]
+        else:
+            release(host, varied, place, time, y)
+    if departs:
+        hold(body, walls, contacts, size, y)
     if varied is not None:
         vary_after_impact(body, walls, contacts, varied, drive, y, work)
+
+
+@jit
+def compress(host, drive, y):
+    """Fill `compressed` with the impulses that bring bodies to rest on the walls in contact.
+
+    `presses` takes the accelerations [m/s^2] by which the forces press them there.
+    """
+    body, walls, contacts, work = host.body, host.walls, host.contacts, host.scratch.work
+    active, size = contacts.active, body.size
+    for i in range(size):
+        work[size + i], work[2 * size + i] = y[size + i], y[size + i]
+    least_rates(body, walls, contacts, y, size)
+    press(body, walls, contacts, contacts.least, size, work)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            contacts.compressed[wall] = contacts.forces[wall] * contacts.pushes[wall]
+    for i in range(size):
+        y[size + i] = work[size + i]
+    least_accelerations(body, walls, contacts, drive, y, work)
+    push_soft(body, walls, contacts, drive, y, work)
+    press(body, walls, contacts, contacts.least, 0, work)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            pressing = contacts.forces[wall] * walls.inverse[wall]
+            contacts.presses[wall] = pressing * contacts.pushes[wall]
+    for i in range(size):
+        y[size + i] = work[2 * size + i]
+
+
+@jit
+def expand_impulses(host, y):
+    """Apply an impact's impulses to the velocities, and fill `expanded`."""
+    body, walls, contacts, size = host.body, host.walls, host.contacts, host.body.size
+    active, enters = contacts.active, False
+    least_rates(body, walls, contacts, y, size)
+    for c in range(active[0]):
+        contacts.expanded[active[1 + c]] = 0.0
+    apply_impulses(body, walls, contacts, size, y)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            rate = outward_at(body, walls, wall, y, size)
+            enters = enters or rate > contacts.least[wall]
+    if enters:
+        press(body, walls, contacts, contacts.least, size, y)
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] == IS_RIGID:
+                contacts.expanded[wall] = contacts.pushes[wall]
 
 
 @jit
@@ -587,40 +738,75 @@ def release_spent(host, varied, time, y):
             release(host, varied, place, time, y)
 
 
+@jit
+def release_pulled(host, varied, drive, time, y):
+    """Release the rigid walls that would pull, those that hold at one instant together (`press`).
+
+    Their forces may jump where the force of another contact or a load does.
+    """
+    body, walls, contacts, active = host.body, host.walls, host.contacts, host.contacts.active
+    is_held = False
+    for c in range(active[0]):
+        is_held = is_held or walls.law[active[1 + c]] == IS_RIGID
+    if not is_held:
+        return
+    press_now(body, walls, contacts, drive, y, host.scratch.work)
+    for place in range(active[0], 0, -1):
+        wall = active[place]
+        if walls.law[wall] == IS_RIGID and contacts.pushes[wall] == 0.0:
+            contacts.pushes[wall] = 1.0
+            release(host, varied, place, time, y)
+
+
 ENDS, SWITCHES, TOUCHED = range(3)  # what ends a step, unless its length or the period
 
 
 @jit
 def first_event(body, walls, contacts, h, table):
-    """Return (length of the step, event, place in `active` or wall); ENDS with place 0: none.
+    """Return (length of the step, event, place in `active` or wall, depth); ENDS, 0: none.
 
-    The length is negative if an event is lost.
+    The length is negative if an event is lost; depth: of a touch, as of `first_rise`.
     """
-    active, S, event, place = contacts.active, contacts.series, ENDS, 0
+    active, event, place, depth = contacts.active, ENDS, 0, 0.0
+    is_held = False
     for c in range(active[0]):
         wall = active[1 + c]
         k = scratch_of(contacts, wall)
-        column = int(FORCE) if walls.law[wall] == IS_RIGID else int(AT_Q)
-        x = first_zero(k, column, -1.0, h, table)
+        if walls.law[wall] == IS_RIGID:
+            is_held = True
+            continue
+        x = first_zero(k, int(AT_Q), -1.0, 0.0, h, table)
         if x < 0.0:
-            return x, event, place
+            return x, event, place, depth
         if x <= h:
             h, event, place = x, ENDS, 1 + c
         if walls.margins[3 * wall + 2] > 0.0:
             sense = -1.0 if contacts.pushes[wall] == 1.0 else 1.0
-            x = first_zero(k, int(AT_MARGIN), sense, h, table)
+            x = first_zero(k, int(AT_MARGIN), sense, 0.0, h, table)
             if x < 0.0:
-                return x, event, place
+                return x, event, place, depth
             if x < h:
                 h, event, place = x, SWITCHES, 1 + c
     for wall in range(walls.number):
         if not is_in_contact(contacts, wall):
-            x = first_rise(body, walls, S, wall, h, table)
+            x, deep = first_rise(body, walls, contacts, wall, h, table)
             if x < 0.0:
-                return x, event, place
+                return x, event, place, depth
             if x < h or (x == h and place == 0):
-                h, event, place = x, TOUCHED, wall
-    return h, event, place
+                h, event, place, depth = x, TOUCHED, wall, deep
+    smooth_forces(body, walls, contacts, h)
+    if is_held:
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] != IS_RIGID:
+                continue
+            level = contacts.least[wall] / walls.inverse[wall]
+            x = first_zero(scratch_of(contacts, wall), int(FORCE), -1.0, level, h, table)
+            if x < 0.0:
+                return x, event, place, depth
+            if x <= h:
+                h, event, place = x, ENDS, 1 + c
+    return h, event, place, depth
 
 
 @jit
@@ -686,6 +872,7 @@ def step_contacts(host, varied, watch, begun, y):
             return stop, 0.0
         if active[0] > 1:
             release_spent(host, varied, touched_at + elapsed, y)
+        release_pulled(host, varied, drive, touched_at + elapsed, y)
         longest = guess_of(body, walls, contacts, drive, rate, y, work)
         if not longest < math.inf:  # without speed and pushed off: the contacts are over
             while active[0] > 0:
@@ -694,10 +881,12 @@ def step_contacts(host, varied, watch, begun, y):
         unit = power_of_two(min(max(exponent_of(longest), LEAST_UNIT), LARGEST_UNIT))
         contacts.unit[0] = unit
         expand(body, walls, contacts, drive, unit, y)
+        for c in range(active[0]):
+            contacts.rough[active[1 + c]] = 0.0
         h = length_of(walls, contacts, longest / unit)
-        event, place, stopped = ENDS, 0, False
+        event, place, depth, stopped = ENDS, 0, 0.0, False
         for attempt in range(MOST_ATTEMPTS):
-            h, event, place = first_event(body, walls, contacts, h, table)
+            h, event, place, depth = first_event(body, walls, contacts, h, table)
             if h < 0.0:
                 return LOST_TOUCH, x
             took = at_theta(S, first + OF_TIME, width, h)
@@ -730,6 +919,8 @@ def step_contacts(host, varied, watch, begun, y):
                 strike(host, varied, place, time, drive, y)
             else:
                 begin(host, varied, place, time, y)
+                if depth > 0.0:
+                    _, contacts.q[place] = start_of(walls, place, 0.0, depth)
         elif event == SWITCHES:
             wall = active[place]
             contacts.pushes[wall] = 1.0 - contacts.pushes[wall]

@@ -16,9 +16,11 @@ from ..numerics.compiling import jit
 from ..numerics.elementary import cos_sin_of_turn
 from ..numerics.fours import four, four_at, from_place, number_of, put_four, roots_of, sum_of
 from ..numerics.roots import highest, only_rises
-from ..watch.touch import AT_R, LOST, first_touch, nearest_miss, tightened
+from ..watch.touch import AT_R, LOST, NOWHERE, first_touch, nearest_miss, tightened
 from .body import along, move
 from .grid import BLOCK, TERMS_OF_R
+
+SHORTEST_PIECE = 2.0**-40  # of a cell, in which a touch is searched
 
 
 class Scratch(NamedTuple):
@@ -171,8 +173,54 @@ def expand_r(body, grid, link, columns, table):
 @jit
 def touch_in(walls, wall, end, table):
     """Return the place in [0, end] of the expanded cell where a wall is touched; NOWHERE, LOST."""
+    return touch_at(walls.signs[wall], walls.gaps[wall], end, table)
+
+
+@jit
+def touch_at(sign, level, end, table):
+    """Return the place of `first_touch` in [0, end] of the expanded cell.
+
+    A motion that begins with a high power of the place is bounded so loosely that the walk may be
+    lost. Then shorter pieces are searched one by one, and the table is overwritten.
+    """
     bend, jerk = tightened(table, math.inf, math.inf)
-    return first_touch(table, 0.0, end, walls.signs[wall], walls.gaps[wall], bend, jerk)
+    place, begun, length = first_touch(table, 0.0, end, sign, level, bend, jerk), 0.0, 1.0
+    while place == LOST or begun > 0.0 or length < 1.0:
+        if place == LOST:
+            if not length > SHORTEST_PIECE:
+                return LOST
+            length *= 0.5
+            stretch(table, 0.5)
+        elif place < NOWHERE:
+            return begun + length * place
+        else:
+            begun += length
+            if not begun < end:
+                return NOWHERE
+            shift(table)
+            length *= 2.0
+            stretch(table, 2.0)
+        bend, jerk = tightened(table, math.inf, math.inf)
+        rest = min(1.0, (end - begun) / length)
+        place = first_touch(table, 0.0, rest, sign, level, bend, jerk)
+    return place
+
+
+@jit
+def stretch(table, by):
+    """Expand r over a piece that is `by` times as long."""
+    power = 1.0
+    for n in range(ORDER + 1):
+        table[AT_R + 4 * n] *= power
+        power *= by
+
+
+@jit
+def shift(table):
+    """Expand r over the next piece, by repeated synthetic division."""
+    for first in range(ORDER):
+        for k in range(ORDER - 1, first - 1, -1):
+            table[AT_R + 4 * k] += table[AT_R + 4 * (k + 1)]
 
 
 @jit

@@ -49,12 +49,11 @@ from .host_impact import short_impacts
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
-from .walls import IS_RIGID, hold, outward_at, push_all, start_of
+from .walls import AT_REST, IS_RIGID, hold, press_now, start_of
 
 MEASURED = 4  # exponents of an orbit without a period, as many as those of one damper's kinds
 # factor by which returns grow if an orbit departs, and periods for which it is looked for
 DEPARTED, LOOKED_ON = 4.0, 256
-AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
 
 
 class HostFlow(NamedTuple):
@@ -181,6 +180,7 @@ def place_host_state(flow, y, state):
             margin = walls.margins[m] + walls.margins[m + 1] * q
             margin += walls.margins[m + 2] * walls.signs[wall] * s
             contacts.q[wall], contacts.pushes[wall] = q, 1.0 if margin > 0.0 else 0.0
+    soft = active[0]
     for wall in range(walls.number):
         if walls.law[wall] != IS_RIGID:
             continue
@@ -188,11 +188,19 @@ def place_host_state(flow, y, state):
         r, _ = along(body, walls.links[wall], bare_state, 0)
         if is_held or walls.signs[wall] * r > walls.gaps[wall]:
             put_on(body, walls, wall, bare_state)
-        push_all(body, walls, contacts, drive, bare_state, work)
-        if is_held and outward_at(body, walls, wall, work, 0) > 0.0:
+        if is_held:
             active[0] += 1
             active[active[0]] = wall
-            hold(body, walls, contacts, size, bare_state)
+    if active[0] > soft:
+        press_now(body, walls, contacts, drive, bare_state, work)
+        held = soft
+        for c in range(soft, active[0]):
+            wall = active[1 + c]
+            if contacts.pushes[wall] == 1.0 and contacts.forces[wall] > 0.0:
+                held += 1
+                active[held] = wall
+        active[0] = held
+        hold(body, walls, contacts, size, bare_state)
     write_contacts(walls, contacts, bare_state, 2 * size)
 
 

@@ -26,20 +26,23 @@ from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, move, push_link
 from .host_flight import advance
 from .walls import (
-    IS_POWER,
     IS_PULLING,
     IS_RIGID,
     IS_SPRING,
+    PLACES,
+    apply_impulses,
+    at_theta,
     hold,
-    look,
+    interpolate,
     push_all,
+    q_and_s,
     scratch_of,
+    slopes_of_rough,
     steepen,
 )
 
-# columns of dr and ds of the variation under way, and one with the impulse by dr [N s/m] that the
-# series of a step misses
-VARIED_S, WITHOUT_SERIES = VARIED + 1, VARIED + 2
+# columns of dr and ds of the variation under way, and of w F_z of a rough wall
+VARIED_S, WEIGHED = VARIED + 1, VARIED + 2
 
 
 class Varied(NamedTuple):
@@ -111,18 +114,15 @@ def vary_step(body, walls, contacts, varied, weights, x):
     """
     active, S, size = contacts.active, varied.series, body.size
     width, (total, far) = 3 * size, weights
+    is_rough = False
     for c in range(active[0]):
-        wall, stiff = active[1 + c], 0.0
+        wall = active[1 + c]
         k = scratch_of(contacts, wall)
         for n in range(HIGHEST):
             steepen(walls, wall, k, n)
-            stiff += abs(k[SERIES + COLUMNS * n + STIFF])
-        # from a touch on a force z^n may have no series; z = s t there, and F_z dt = dF / s
-        k[SERIES + WITHOUT_SERIES] = 0.0
-        if walls.law[wall] == IS_POWER and stiff == 0.0:
-            s = walls.signs[wall] * along(body, walls.links[wall], contacts.end, 0)[1]
-            seen = look(walls, wall, contacts.q[wall], s, 0.0, body.omega)
-            k[SERIES + WITHOUT_SERIES] = contacts.pushes[wall] * seen.force / s if s > 0.0 else 0.0
+        if walls.law[wall] != IS_RIGID and contacts.rough[wall] != 0.0:
+            is_rough = True
+            smooth_slopes(walls, contacts, wall, weights, x)
     for column in range(varied.number):
         y = from_place(varied.rows, 2 * size * column)
         for i in range(2 * size):
@@ -136,8 +136,9 @@ def vary_step(body, walls, contacts, varied, weights, x):
                     continue
                 k, link = scratch_of(contacts, wall), walls.links[wall]
                 k[at + VARIED], k[at + VARIED_S] = along(body, link, S, row)
-                force = product(k, int(STIFF), int(VARIED), n)
-                force += product(k, int(DRAG), int(VARIED_S), n)
+                force = product(k, int(DRAG), int(VARIED_S), n)
+                if contacts.rough[wall] == 0.0:
+                    force += product(k, int(STIFF), int(VARIED), n)
                 push_link(body, link, force * contacts.pushes[wall], S, row + 2 * size)
             hold(body, walls, contacts, row + 2 * size, S)
             after, per = row + width, contacts.unit[0] / (n + 1.0)
@@ -148,16 +149,47 @@ def vary_step(body, walls, contacts, varied, weights, x):
                 if weight != 0.0:
                     for i in range(2 * size):
                         S[after + i] += weight * S[other + i]
+            if is_rough:
+                push_roughly(body, walls, contacts, per, n, after + size, S)
         for i in range(2 * size):
             y[i] = S[width * HIGHEST + i]
         for n in range(HIGHEST - 1, -1, -1):
             for i in range(2 * size):
                 y[i] = y[i] * x + S[width * n + i]
-        for c in range(active[0]):
-            missed = scratch_of(contacts, active[1 + c])[SERIES + WITHOUT_SERIES]
-            if missed > 0.0:
-                r, _ = along(body, walls.links[active[1 + c]], y, 0)
-                push_link(body, walls.links[active[1 + c]], missed * r, y, size)
+
+
+@jit
+def smooth_slopes(walls, contacts, wall, weights, x):
+    """Fill w F_z and F_s of a rough wall (`smooth_forces`) up to theta = x units.
+
+    F_z = n K z^(n - 1) alone is too rough for a polynomial; w F_z is smooth as q^(n p - 1).
+    """
+    k, push, (total, far) = scratch_of(contacts, wall), contacts.pushes[wall], weights
+    values, line = contacts.values, from_place(contacts.values, HIGHEST + 1)
+    for column in range(2):
+        for i in range(HIGHEST + 1):
+            place = x * PLACES[i]
+            q, s = q_and_s(k, place)
+            slopes = slopes_of_rough(walls, wall, q, s)
+            weight = at_theta(contacts.series, total, far, place) if column == 0 else 1.0
+            values[i] = push * slopes[column] * weight
+        interpolate(values, x, line)
+        for n in range(HIGHEST + 1):
+            k[SERIES + COLUMNS * n + (WEIGHED if column == 0 else DRAG)] = line[n]
+
+
+@jit
+def push_roughly(body, walls, contacts, per, n, at, out):
+    """Add to coefficient n + 1 of dV, at out[at : at + size], what rough walls push by dr."""
+    active = contacts.active
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] != IS_RIGID and contacts.rough[wall] != 0.0:
+            k = scratch_of(contacts, wall)
+            push_link(
+                body, walls.links[wall], per * product(k, int(WEIGHED), int(VARIED), n), out, at
+            )
+    hold(body, walls, contacts, at, out)
 
 
 # ---- jumps ---------------------------------------------------------------------------------------
@@ -201,7 +233,7 @@ def vary_at_impact(body, walls, contacts, varied, wall):
         varied.late[c] = late
         for i in range(N):
             varied.rows[N * c + i] += late * before[i]
-        hold(body, walls, contacts, N * c + size, varied.rows)
+        apply_impulses(body, walls, contacts, N * c + size, varied.rows)
 
 
 @jit

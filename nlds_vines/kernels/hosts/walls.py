@@ -15,6 +15,7 @@ import math
 from typing import Any, NamedTuple
 
 from ..events.contact import FAINT
+from ..laws.restitution import PULL
 from ..numerics.compiling import jit
 from ..numerics.deciding import says
 from ..numerics.fours import from_place
@@ -26,15 +27,18 @@ from ..scene.law import (
     DEPTH,
     DRAG,
     ELASTIC,
+    HIGHEST,
     SCRATCH,
     SERIES,
     STEEP,
     STIFF,
     WEIGHT,
     contact_terms,
+    damped,
     damped_term,
     depth_of,
     drag_term,
+    elastic,
     faint,
     force_of,
     made,
@@ -79,7 +83,7 @@ class Contacts(NamedTuple):
 
     active: Any  # (walls + 1,) number of walls in contact, and which
     q: Any  # (walls,)
-    pushes: Any  # (walls,) 1 where the force acts, 0 where it is switched off
+    pushes: Any  # (walls,) 1 where the force acts, 0 where it is switched off, or of a rigid wall 0
     rows: Any  # (walls,) of the impact under way in `Impacts`, -1 if it is not recorded
     scratch: Any  # SCRATCH numbers of each wall (`law`)
     series: Any  # (HIGHEST + 1) powers of the motion's columns, one after the other
@@ -88,7 +92,13 @@ class Contacts(NamedTuple):
     end: Any  # (2 size,) the state at the end of a step
     forces: Any  # (walls,) of rigid walls [N]
     matrix: Any  # (walls, walls + 1) scratch for them
-    rebounds: Any  # (walls,) e of walls that are being struck, otherwise 0
+    rebounds: Any  # (walls,) e of walls in an impact that rebound, otherwise 0
+    compressed: Any  # (walls,) 1 of rigid walls that bring bodies to rest in an impact
+    expanded: Any  # (walls,) 1 of those that bodies would enter by the rebounds of others
+    presses: Any  # (walls,) 1 of those that the forces press after an impact
+    least: Any  # (walls,) rates of depths that are round-off [m/s or m/s^2]
+    rough: Any  # (walls,) 1 where the series of the force does not hold in a step
+    values: Any  # 2 (HIGHEST + 1) scratch: values at places, and coefficients
     tolerance: float
     arc: Any  # `impact.Arc`
 
@@ -97,6 +107,10 @@ class Contacts(NamedTuple):
 # step dt/dtheta and dq/dtheta of its own
 FAST, ROOT, OWN_SHARE, OWN_WEIGHT, OWN_RATE = range(5)
 SCALES = 5
+
+AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
+FIRM = 0.1  # least rate at which a wall begins to push, in units of that at which one lets go
+MOST_PIVOTS = 10  # of `press` for each wall; a few are usual
 
 
 @jit
@@ -233,6 +247,85 @@ def start_of(walls, wall, external, depth):
     return result
 
 
+@jit
+def is_rough(walls, wall):
+    """Return True if a wall's force is no whole power of q, so that it has no series at q = 0."""
+    result = False
+    if walls.law[wall] == IS_POWER:
+        result = wall_of(walls.laws.power, walls, wall).fraction > 0.0
+    return result
+
+
+@jit
+def slopes_of_rough(walls, wall, q, s):
+    """Return the derivatives of a rough wall's force by its depth [N/m] and its speed [N s/m]."""
+    one = wall_of(walls.laws.power, walls, wall)
+    z = depth_of(one, q)
+    if not z > 0.0:
+        return 0.0, 0.0
+    push = elastic(one, one.K, q, z)
+    return one.exponent * push / z * damped(one, s), one.damping.a * push
+
+
+# ---- polynomials of theta ------------------------------------------------------------------------
+
+# sin^2(pi i / 28), in an order in which each is far from those before it (Leja's)
+PLACES = (
+    0.0,
+    1.0,
+    0.5,
+    0.8117449009293668,
+    0.18825509907063323,
+    0.9504844339512095,
+    0.049515566048790434,
+    0.6112604669781572,
+    0.2830581304412209,
+    0.890915741234015,
+    0.1090842587659851,
+    0.716941869558779,
+    0.3887395330218428,
+    0.9874639560909118,
+    0.012536043909088197,
+)
+
+
+@jit
+def interpolate(values, x, line):
+    """Write to a line the coefficients of the polynomial of theta with `values` at x * PLACES.
+
+    By Newton's divided differences; `values` are overwritten.
+    """
+    for n in range(1, HIGHEST + 1):
+        for i in range(HIGHEST, n - 1, -1):
+            values[i] = (values[i] - values[i - 1]) / (PLACES[i] - PLACES[i - n])
+    for n in range(HIGHEST + 1):
+        line[n] = 0.0
+    for n in range(HIGHEST, -1, -1):  # times (theta - place), plus the next difference
+        for k in range(HIGHEST, 0, -1):
+            line[k] = line[k - 1] - PLACES[n] * line[k]
+        line[0] = values[n] - PLACES[n] * line[0]
+    power = 1.0
+    for n in range(HIGHEST + 1):
+        line[n] /= power
+        power *= x
+
+
+@jit
+def at_theta(S, column, width, x):
+    """Return a column of a series at theta = x units."""
+    total = 0.0
+    for n in range(HIGHEST, -1, -1):
+        total = total * x + S[width * n + column]
+    return total
+
+
+@jit
+def q_and_s(k, x):
+    """Return q and s of a wall in contact at theta = x units."""
+    q = max(at_theta(k, SERIES + AT_Q, COLUMNS, x), 0.0)
+    return q, at_theta(k, SERIES + AT_S, COLUMNS, x)
+
+
 # ---- the forces of all walls in contact ---------------------------------------------------------
 
 
@@ -246,40 +339,199 @@ def outward_at(body, walls, wall, accelerations, at):
 
 
 @jit
-def hold(body, walls, contacts, at, out):
-    """Add to the accelerations out[at : at + size] the forces of rigid walls in contact.
+def fill_held(body, walls, contacts, at, out):
+    """Fill `matrix` for the rigid walls in contact that push, by the rates out[at : at + size].
 
-    They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses;
-    those of walls that are struck are (1 + `rebounds`) times as large.
+    A row holds the rates of a wall's depth by unit forces of all, and in the last column that
+    without them. Returns their number.
     """
     active, size, matrix, count = contacts.active, body.size, contacts.matrix, 0
     for c in range(active[0]):
         wall = active[1 + c]
-        if walls.law[wall] != IS_RIGID:
+        if walls.law[wall] != IS_RIGID or contacts.pushes[wall] == 0.0:
             continue
         sign, row, column = walls.signs[wall], walls.links[wall] * size, 0
-        outward = outward_at(body, walls, wall, out, at)
-        matrix[count, -1] = (1.0 + contacts.rebounds[wall]) * outward
+        matrix[count, -1] = outward_at(body, walls, wall, out, at)
         for d in range(active[0]):
             other = active[1 + d]
-            if walls.law[other] == IS_RIGID:
+            if walls.law[other] == IS_RIGID and contacts.pushes[other] != 0.0:
                 total, answer = 0.0, walls.links[other] * size
                 for i in range(size):
                     total += body.rows[row + i] * body.answers[answer + i]
                 matrix[count, column] = sign * walls.signs[other] * total
                 column += 1
         count += 1
+    return count
+
+
+@jit
+def hold(body, walls, contacts, at, out):
+    """Add to the accelerations out[at : at + size] the forces of rigid walls in contact that push.
+
+    They are those that keep s = 0 at each, and go to `forces`. Of velocities they are impulses.
+    """
+    count = fill_held(body, walls, contacts, at, out)
+    if count > 0:
+        solve(contacts.matrix[:count, :count], contacts.matrix[:count, -1:])
+        push_held(body, walls, contacts, 1.0, at, out)
+
+
+@jit
+def rebound(body, walls, contacts, at, out):
+    """Add to velocities the impulses of `hold`, each (1 + `rebounds`) times as large.
+
+    All are scaled by the largest of these factors before they are solved for, so that walls with
+    one coefficient of restitution have the bits of -e s.
+    """
+    active, matrix, most = contacts.active, contacts.matrix, 1.0
+    count = fill_held(body, walls, contacts, at, out)
     if count == 0:
         return
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID and contacts.pushes[wall] != 0.0:
+            most = max(most, 1.0 + contacts.rebounds[wall])
+    for i in range(count):
+        matrix[i, -1] *= most
     solve(matrix[:count, :count], matrix[:count, -1:])
+    push_held(body, walls, contacts, most, at, out)
+
+
+@jit
+def push_held(body, walls, contacts, most, at, out):
+    """Push with the solved forces; with `most` above 1 as `rebound` does."""
+    active, count = contacts.active, 0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID and contacts.pushes[wall] != 0.0:
+            force = contacts.matrix[count, -1]
+            if most > 1.0:
+                force *= (1.0 + contacts.rebounds[wall]) / most
+            contacts.forces[wall] = force
+            push_link(body, walls.links[wall], walls.signs[wall] * force, out, at)
+            count += 1
+
+
+@jit
+def press(body, walls, contacts, least, at, out):
+    """Add the forces of rigid walls in contact, none of which pulls, to out[at : at + size].
+
+    They solve the complementarity problem: each force is >= 0, each rate of a depth is <= 0, and of
+    the two one is 0. `pushes` becomes 0 of a wall without force. least: (walls,) rates of depths
+    [m/s^2 or m/s] that are round-off.
+
+    If all walls push as equations demand, these are the forces. Otherwise the problem is solved as
+    least squares with bounds by the method of Lawson and Hanson (Solving Least Squares Problems,
+    chapter 23): the rates after it are the point of the convex cone of admissible rates that is
+    nearest, in the norm of the kinetic energy. So they exist and are unique, and the energy of
+    velocities does not rise. Forces are unique unless walls depend on each other; then walls with
+    the largest rates push first.
+    """
+    active, forces, pushes = contacts.active, contacts.forces, contacts.pushes
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            pushes[wall] = 1.0
+    count = fill_held(body, walls, contacts, at, out)
+    if count == 0:
+        return
+    fits = solve(contacts.matrix[:count, :count], contacts.matrix[:count, -1:]) != 0.0
     count = 0
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
-            force = matrix[count, -1]
-            contacts.forces[wall] = force
-            push_link(body, walls.links[wall], walls.signs[wall] * force, out, at)
+            fits = fits and contacts.matrix[count, -1] * walls.inverse[wall] >= -least[wall]
             count += 1
+    if fits:
+        push_held(body, walls, contacts, 1.0, at, out)
+        return
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            pushes[wall], forces[wall] = 0.0, 0.0
+    for _ in range(MOST_PIVOTS * count):
+        worst, place = 0.0, -1
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] == IS_RIGID and pushes[wall] == 0.0:
+                rate = outward_at(body, walls, wall, out, at)
+                rate -= pushed_out(body, walls, contacts, wall)
+                if rate > max(worst, FIRM * least[wall]):
+                    worst, place = rate, wall
+        if place < 0:
+            break
+        pushes[place] = 1.0
+        admit(body, walls, contacts, at, out)
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID and pushes[wall] != 0.0:
+            push_link(body, walls.links[wall], walls.signs[wall] * forces[wall], out, at)
+
+
+@jit
+def pushed_out(body, walls, contacts, wall):
+    """Return the rate of a wall's depth that the `forces` of rigid walls take away."""
+    active, size, row, total = contacts.active, body.size, walls.links[wall] * body.size, 0.0
+    for c in range(active[0]):
+        other = active[1 + c]
+        if walls.law[other] == IS_RIGID and contacts.pushes[other] != 0.0:
+            answer, per_force = walls.links[other] * size, 0.0
+            for i in range(size):
+                per_force += body.rows[row + i] * body.answers[answer + i]
+            total += walls.signs[other] * contacts.forces[other] * per_force
+    return walls.signs[wall] * total
+
+
+@jit
+def admit(body, walls, contacts, at, out):
+    """Solve for the forces of the walls that push; those that would pull push no longer."""
+    active, forces, pushes = contacts.active, contacts.forces, contacts.pushes
+    matrix = contacts.matrix
+    while True:
+        count = fill_held(body, walls, contacts, at, out)
+        if count == 0:
+            return
+        solve(matrix[:count, :count], matrix[:count, -1:])
+        share, count, first = 1.0, 0, -1
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] == IS_RIGID and pushes[wall] != 0.0:
+                force = matrix[count, -1]
+                if not force > 0.0:
+                    part = forces[wall] / (forces[wall] - force) if force < 0.0 else 0.0
+                    if first < 0 or part < share:
+                        share, first = part, wall
+                count += 1
+        count = 0
+        for c in range(active[0]):
+            wall = active[1 + c]
+            if walls.law[wall] == IS_RIGID and pushes[wall] != 0.0:
+                forces[wall] += share * (matrix[count, -1] - forces[wall])
+                count += 1
+        if first < 0:
+            return
+        pushes[first], forces[first] = 0.0, 0.0
+
+
+@jit
+def let_push(walls, contacts, which):
+    """Make those rigid walls in contact push whose number in `which` is not 0."""
+    for c in range(contacts.active[0]):
+        wall = contacts.active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            contacts.pushes[wall] = which[wall]
+
+
+@jit
+def apply_impulses(body, walls, contacts, at, out):
+    """Apply the impulses of an impact, whose walls are known, to velocities out[at : at + size].
+
+    The map is linear, so that variations take it, too.
+    """
+    let_push(walls, contacts, contacts.compressed)
+    rebound(body, walls, contacts, at, out)
+    let_push(walls, contacts, contacts.expanded)
+    hold(body, walls, contacts, at, out)
 
 
 @jit
@@ -288,6 +540,13 @@ def push_all(body, walls, contacts, drive, y, work):
 
     drive: of the instant; the q are those of `contacts`, whose scales take the walls' own rates.
     """
+    push_soft(body, walls, contacts, drive, y, work)
+    hold(body, walls, contacts, 0, work)
+
+
+@jit
+def push_soft(body, walls, contacts, drive, y, work):
+    """Write the accelerations without the forces of rigid walls, as `push_all`."""
     active, scales = contacts.active, contacts.scales
     accelerate(body, y, 0, drive[0], work, 0)
     for c in range(active[0]):
@@ -297,4 +556,61 @@ def push_all(body, walls, contacts, drive, y, work):
         seen = look(walls, wall, contacts.q[wall], sign * s, 0.0, body.omega)
         push_link(body, walls.links[wall], sign * seen.force * contacts.pushes[wall], work, 0)
         scales[at + OWN_WEIGHT], scales[at + OWN_RATE] = seen.weight, seen.rate
-    hold(body, walls, contacts, 0, work)
+
+
+@jit
+def least_rates(body, walls, contacts, y, at):
+    """Fill `least` for velocities, which begin at y[at]."""
+    size = body.size
+    for wall in range(walls.number):
+        row, total = walls.links[wall] * size, 0.0
+        for i in range(size):
+            total += abs(body.rows[row + i] * y[at + i])
+        contacts.least[wall] = AT_REST * total
+
+
+@jit
+def least_accelerations(body, walls, contacts, drive, y, work):
+    """Fill `least` for accelerations: PULL times the sum of their parts' sizes.
+
+    work: (size,) scratch.
+    """
+    size, n, active, force = body.size, body.modes, contacts.active, 0.0
+    for k in range(body.drives):
+        force += abs(drive[k])
+    for i in range(size):
+        work[i] = abs(body.push[i]) * force
+    for i in range(n):
+        work[i] += abs(body.squares[i] * y[i]) + abs(body.damping[i] * y[size + i])
+    if body.coupled:
+        for j in range(n):
+            for i in range(n):
+                work[i] += abs(body.coupling[n * j + i] * y[size + j])
+    for link in range(body.links):
+        r, s = along(body, link, y, 0)
+        joint = abs(body.stiffness[link] * r) + abs(body.dashpots[link] * s)
+        for i in range(size):
+            work[i] += joint * abs(body.answers[link * size + i])
+    for c in range(active[0]):
+        wall = active[1 + c]
+        link = walls.links[wall]
+        _, s = along(body, link, y, 0)
+        seen = look(walls, wall, contacts.q[wall], walls.signs[wall] * s, 0.0, body.omega)
+        for i in range(size):
+            work[i] += abs(seen.force * body.answers[link * size + i])
+    for wall in range(walls.number):
+        row, total = walls.links[wall] * size, 0.0
+        for i in range(size):
+            total += abs(body.rows[row + i]) * work[i]
+        contacts.least[wall] = PULL * total
+
+
+@jit
+def press_now(body, walls, contacts, drive, y, work):
+    """Fill `forces` and `pushes` of the rigid walls in contact by `press`, at an instant.
+
+    work: (size,) takes the accelerations.
+    """
+    least_accelerations(body, walls, contacts, drive, y, work)
+    push_soft(body, walls, contacts, drive, y, work)
+    press(body, walls, contacts, contacts.least, 0, work)

@@ -263,8 +263,8 @@ GROUPS: dict[str, dict[str, Prepare]] = {
         "host-3-map": map_of_frames,
     },
     "a load of 2,000 samples": {
-        "load": lambda: shaken(set6(), 10),
-        "host-3-load": lambda: shaken(frame_of(3), 10),
+        "load": lambda: shaken(set6(), 3),
+        "host-3-load": lambda: shaken(frame_of(3), 3),
     },
     "calls from Python": {
         "simulate": lambda: often(300, "simulation", set6(), 1),

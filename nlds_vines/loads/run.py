@@ -36,7 +36,9 @@ from nlds_vines.orbits.host_loads import (
     LoadedOrbit,
     cells_of,
     combined,
+    energies_at,
     follow_load,
+    last_times,
     longest_cell,
 )
 from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, response_of
@@ -266,7 +268,7 @@ def _fly_hosts(
     """
     pieces, shared = dict[int, Arrays](), dict[tuple[int, float], Any]()
     own = [name for name in grid if name != STIFFNESS]
-    marks = request.times[1:-1]  # also without histories, as last times are interpolated
+    marks = request.times[1:-1] if history else np.zeros(0)
 
     def fly(begin: int, end: int) -> None:
         for lane in range(begin, end):
@@ -312,7 +314,14 @@ def _arrays_of_orbit(
     arrays = _histories_of_host(owners, system, orbits, orbit)
     E1max, E2max = energies_of(orbit.records, system)
     response = response_of(orbit.records, request.duration)
-    arrays |= {"E1max": np.array(E1max), **_last_times(orbit.edges, arrays["E1"], E1max)}
+    arrays["E1max"] = np.array(E1max)
+    levels = [share * E1max for share in SHARES]
+    if orbit.status == OK:
+        times = last_times(orbits, cells, orbit, levels)
+    else:
+        times = [np.nan] * len(levels)
+    for share, time in zip(SHARES, times, strict=True):
+        arrays[f"last_{100 * share:g}"] = np.array(time)
     for column, name in enumerate(responses.OF_ROWS):
         by_name = dict(zip(shown, response[: len(shown), column], strict=True))
         arrays[name] = np.array([by_name.get(one, np.nan) for one in owners["displacement"]])
@@ -348,11 +357,9 @@ def _histories_of_host(
     owners: Mapping[str, Sequence[str]], system: HostSystem, orbits: HostOrbits, orbit: LoadedOrbit
 ) -> dict[str, np.ndarray]:
     """Return the `HOST_HISTORIES` at the edges of cells, NaN of what a system does not have."""
-    n, size = len(orbits.modes), orbits.size
-    X, V, _ = np.moveaxis(orbit.section.reshape(-1, 3, size), 1, 0)
-    energy, edges = np.zeros(len(X)), orbit.edges
-    for k in range(n):
-        energy += 0.5 * (V[:, k] * V[:, k] + orbits.body.squares[k] * X[:, k] * X[:, k])
+    n, edges = len(orbits.modes), orbit.edges
+    X, V, _ = np.moveaxis(orbit.section.reshape(-1, 3, orbits.size), 1, 0)
+    energy, _ = energies_at(orbits, orbit.section)
     shown, dampers = owners["displacement"], owners["damper"]
     x, a = np.full((2, len(shown), len(edges)), np.nan)
     for i, name in enumerate(shown):
@@ -369,23 +376,6 @@ def _histories_of_host(
         if damper.m is not None:  # dampers with a mass come first
             E2[i] = 0.5 * (damper.m * V[:, k] * V[:, k] + damper.k * X[:, k] * X[:, k])
     return {"E1": energy, "E2": E2, "x": x, "a": a, "stroke": stroke}
-
-
-def _last_times(edges: np.ndarray, E1: np.ndarray, most: float) -> dict[str, np.ndarray]:
-    """Return the last times at which E1 exceeds `SHARES` of its largest value, by name.
-
-    Between two edges E1 is taken for a straight line; NaN if it exceeds the share at the end.
-    """
-    times = {}
-    for share in SHARES:
-        above, last = np.flatnonzero(share * most < E1), 0.0
-        if above.size and (i := above[-1]) < len(E1) - 1:
-            part = (E1[i] - share * most) / (E1[i] - E1[i + 1])
-            last = edges[i] + (edges[i + 1] - edges[i]) * part
-        elif above.size:
-            last = np.nan
-        times[f"last_{100 * share:g}"] = np.array(last)
-    return times
 
 
 def _has_displacement(system: HostSystem, name: str) -> bool:

@@ -12,9 +12,12 @@ from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
-from nlds_vines.orbits.host_orbits import HostOrbits
+from nlds_vines.orbits.host_orbits import HostOrbits, Impacts
 
 NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
+PARTS = 32  # equal parts of a cell that is computed again
+LOOKS = 3  # times that a cell is divided
+MOST_LOOKS = 7  # the same at an impact, where E1 may jump: it is then known to 32^-7 of a cell
 RUN_UNDER: Any = getattr(run_host_under, "entry", run_host_under)
 
 
@@ -64,21 +67,15 @@ def follow_load(
 
     names: displacements whose largest values are recorded.
     """
-    (cells, drives), size, start = in_cells, orbits.size, state.copy()
+    cells, drives = in_cells
+    size = orbits.size
     orbits.body = orbits.body._replace(drives=drives, paces=np.zeros(drives))
-    edges, jumps = cells.edges, cells.jumps
-    rows = np.zeros((len(cells.rows), max(drives, cells.rows.shape[1])))
-    rows[:, : cells.rows.shape[1]] = cells.rows
-    rows = np.ascontiguousarray(rows[:, :drives])
-    load = HostLoad(edges, rows.ravel(), np.zeros(len(edges)) if jumps is None else jumps)
-    section, room = np.zeros((len(edges), 3 * size)), 1024
-    while True:
-        records = orbits.records(True, names)
-        impacts, how = orbits.room_for(room), (orbits.body, orbits.walls, orbits.contacts())
-        code = run_host_under(*how, load, state, section, impacts, records)
-        if code != OK or impacts.filled[0] <= room:
-            break
-        room, state[:] = int(impacts.filled[0]), start
+    edges = cells.edges
+    rows = rows_of_load(in_cells)
+    jumps = np.zeros(len(edges)) if cells.jumps is None else cells.jumps
+    load = HostLoad(edges, rows.ravel(), jumps, np.zeros(0))
+    records = orbits.records(True, names)
+    code, section, impacts = _run_under(orbits, load, state, records)
     accelerations = np.hstack([section[:, 2 * size :]] * 2)
     return LoadedOrbit(
         code,
@@ -90,6 +87,165 @@ def follow_load(
         orbits.table_of(impacts),
         records,
     )
+
+
+def rows_of_load(in_cells: tuple[Cells, int]) -> np.ndarray:
+    """Return the coefficients (cells, drives) of a load."""
+    cells, drives = in_cells
+    rows = np.zeros((len(cells.rows), max(drives, cells.rows.shape[1])))
+    rows[:, : cells.rows.shape[1]] = cells.rows
+    return np.ascontiguousarray(rows[:, :drives])
+
+
+def _run_under(
+    orbits: HostOrbits, load: HostLoad, state: np.ndarray, records: Any
+) -> tuple[int, np.ndarray, Impacts]:
+    """Integrate an orbit; return its status, the sections at the edges, and the impacts.
+
+    The state, the records and the load's `tops` are advanced in place.
+    """
+    section, room = np.zeros((len(load.edges), 3 * orbits.size)), 1024
+    start, tops, peaks = state.copy(), load.tops.copy(), records.peaks.copy()
+    while True:
+        impacts, how = orbits.room_for(room), (orbits.body, orbits.walls, orbits.contacts())
+        code = RUN_UNDER(*how, load, state, section, impacts, records)
+        if code != OK or impacts.filled[0] <= room:
+            return code, section, impacts
+        room = int(impacts.filled[0])
+        state[:], load.tops[:], records.peaks[:] = start, tops, peaks
+        records.squares[:] = 0.0
+
+
+# ---- the last time above a level of the host's energy --------------------------------------------
+
+
+def energies_at(orbits: HostOrbits, section: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the energy E1 of the host [J] and its rate [W] at the edges."""
+    X, V, A = np.moveaxis(section.reshape(-1, 3, orbits.size), 1, 0)
+    energy, rate = np.zeros((2, len(X)))
+    for k in range(len(orbits.modes)):
+        energy += 0.5 * (V[:, k] * V[:, k] + orbits.body.squares[k] * X[:, k] * X[:, k])
+        rate += V[:, k] * (A[:, k] + orbits.body.squares[k] * X[:, k])
+    return energy, rate
+
+
+def last_times(
+    orbits: HostOrbits, in_cells: tuple[Cells, int], orbit: LoadedOrbit, levels: Sequence[float]
+) -> list[float]:
+    """Return the last times [s] at which E1 exceeds ascending levels [J], whatever the edges are.
+
+    NaN if E1 exceeds a level at the end, 0 if it never does.
+
+    Notes
+    -----
+    After the last edge above a level the orbit is computed again: the largest E1 in each cell tells
+    in which one the level is exceeded last.  That cell is computed again in `PARTS`, and so is the
+    last part above the level, until a cubic by the energies and rates at its ends suffices.
+    """
+    energy, _ = energies_at(orbits, orbit.section)
+    end = len(energy) - 1
+    above = [int(np.flatnonzero(energy > level)[-1]) if (energy > level).any() else -1
+             for level in levels]  # fmt: skip
+    cells, rows = in_cells[0], rows_of_load(in_cells)
+    first = max(min(above), 0)
+    tops = np.full(end - first, np.inf)
+    for level, edge in zip(levels[::-1], above[::-1], strict=True):
+        tops[max(edge, 0) - first :] = level
+    if first < end and min(above) < end:
+        load = HostLoad(cells.edges[first:], rows[first:].ravel(), _jumps(cells, first), tops)
+        _highest(orbits, load, orbit.section[first])
+    times = []
+    for level, edge in zip(levels, above, strict=True):
+        higher = first + np.flatnonzero(tops > level)
+        cell = max([edge, *higher[higher >= edge].tolist()])
+        if edge == end:
+            times.append(np.nan)
+        elif cell < 0:
+            times.append(0.0)
+        else:
+            h = cells.edges[cell + 1] - cells.edges[cell]
+            place = _last_place(orbits, rows[cell], h, orbit.section[cell], level)
+            times.append(float(cells.edges[cell] + h * place))
+    return times
+
+
+def _jumps(cells: Cells, first: int) -> np.ndarray:
+    """Return the jumps from an edge on, without the one there, which its section has."""
+    jumps = np.zeros(len(cells.edges) - first)
+    if cells.jumps is not None:
+        jumps[1:] = cells.jumps[first + 1 :]
+    return jumps
+
+
+def _highest(orbits: HostOrbits, load: HostLoad, section: np.ndarray) -> tuple[np.ndarray, int]:
+    """Raise the load's `tops` to the largest E1; return its sections and number of impacts."""
+    records: Any = orbits.records(True, ())
+    records.peaks[1:] = np.inf  # the masses' energies are not asked for
+    code, sections, impacts = _run_under(orbits, load, section[: 2 * orbits.size].copy(), records)
+    if code != OK:
+        load.tops[:] = np.nan
+    return sections, int(impacts.filled[0])
+
+
+def _last_place(
+    orbits: HostOrbits, row: np.ndarray, h: float, section: np.ndarray, level: float
+) -> float:
+    """Return the last place in a cell of h [s], from 0 to 1, where E1 exceeds a level.
+
+    row: coefficients of the load; section: at the beginning of the cell.
+    """
+    begin, width = 0.0, 1.0
+    for look in range(MOST_LOOKS):
+        edges = (h * width) * (np.arange(PARTS + 1) / PARTS)
+        parts = _in_parts(row, begin, width / PARTS)
+        load = HostLoad(edges, parts.ravel(), np.zeros(PARTS + 1), np.full(PARTS, level))
+        sections, impacts = _highest(orbits, load, section)
+        energy, rate = energies_at(orbits, sections)
+        above = np.append(np.flatnonzero(load.tops > level), np.flatnonzero(energy > level))
+        if not above.size:
+            return begin
+        last = int(above.max())
+        if last == PARTS:
+            return begin + width
+        section = sections[last]
+        width /= PARTS
+        begin += width * last
+        if look >= LOOKS - 1 and not impacts:
+            break
+    if not energy[last] > level:
+        return begin
+    step = h * width
+    ends = energy[last] - level, energy[last + 1] - level
+    return begin + width * _root_of_cubic(*ends, step * rate[last], step * rate[last + 1])
+
+
+def _in_parts(row: np.ndarray, begin: float, width: float) -> np.ndarray:
+    """Return the coefficients (PARTS, drives) of a polynomial in parts of its cell."""
+    places = begin + width * np.arange(PARTS)
+    parts = np.repeat(row[np.newaxis], PARTS, axis=0)
+    degree = len(row) - 1
+    for k in range(degree):  # Horner's scheme, once for each power
+        for j in range(degree - 1, k - 1, -1):
+            parts[:, j] += places * parts[:, j + 1]
+    factor = 1.0
+    for k in range(degree + 1):
+        parts[:, k] *= factor
+        factor *= width
+    return parts
+
+
+def _root_of_cubic(f0: float, f1: float, g0: float, g1: float) -> float:
+    """Return where the cubic with values f0 > 0 >= f1 and slopes g0, g1 at 0 and 1 is 0."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-15:
+        x = 0.5 * (low + high)
+        y = 1.0 - x
+        f = y * y * ((1.0 + 2.0 * x) * f0 + x * g0) + x * x * ((1.0 + 2.0 * y) * f1 - y * g1)
+        if f > 0.0:
+            low = x
+        else:
+            high = x
+    return 0.5 * (low + high)
 
 
 def combined(values: np.ndarray, row: np.ndarray) -> np.ndarray:

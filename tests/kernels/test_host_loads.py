@@ -6,13 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
 from nlds_vines.model.loads.courses import Rectangular, Tone
 from nlds_vines.model.loads.loading import Blow, Loading
 from nlds_vines.model.loads.record import Record
-from nlds_vines.orbits.host_loads import cells_of, follow_load, longest_cell
+from nlds_vines.orbits.host_loads import (
+    cells_of,
+    energies_at,
+    follow_load,
+    last_times,
+    longest_cell,
+)
 from nlds_vines.orbits.host_orbits import HostOrbits
 from tests.kernels.test_hosts import matrices_of, random_system
 
@@ -166,3 +173,105 @@ def test_cells_of_other_lengths_give_the_same_orbit_and_complete_impacts():
         assert other.impacts[column] == expected
     assert other.states[-1] == pytest.approx(plain.states[-1], rel=1e-6, abs=1e-9)
     assert math.isfinite(np.nanmax(plain.impacts["release"]))
+
+
+SHARES = (0.01, 0.1, 0.5)
+
+
+def struck(walls, **host):
+    host = nv.Host([[10.0]], [[4000.0]], [[8.0]], **host)
+    return nv.System.from_host(host, [nv.Damper("t", "x1", m=0.6, k=200.0, c=2.0, walls=walls)])
+
+
+def last_times_of(system, tolerance, marks=()):
+    blow = Loading(blow=(Blow(impulse=5.0),), on="x1")
+    on = system.under(blow)
+    orbits = HostOrbits(on, tolerance)
+    cells = cells_of(blow, 20.0, longest_cell(system, 20.0), np.array(marks))
+    orbit = follow_load(orbits, cells, orbits.start(None))
+    largest = orbit.records.peaks[0]
+    return last_times(orbits, cells, orbit, [share * largest for share in SHARES]), orbit
+
+
+def test_last_times_of_a_linear_host_are_those_of_the_exponential():
+    """Whatever the edges of the load's cells are; the last one is where E1 has another level."""
+    system = struck([])
+    M, C, K, _, _ = matrices_of(system)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    n = 20_001
+    step = scipy.linalg.expm(A * (20.0 / (n - 1)))
+    states = [np.array([0.0, 0.0, 0.5, 0.0])]
+    for _ in range(n - 1):
+        states.append(step @ states[-1])
+
+    def energy(y):
+        return 0.5 * (10.0 * y[2] ** 2 + 4000.0 * y[0] ** 2)
+
+    energies = np.array([energy(y) for y in states])
+    exact = []
+    for share in SHARES:
+        level, i = share * 1.25, np.flatnonzero(energies > share * 1.25)[-1]
+        rest = scipy.optimize.brentq(
+            lambda t, i=i, level=level: energy(scipy.linalg.expm(A * t) @ states[i]) - level,
+            0.0,
+            20.0 / (n - 1),
+            xtol=1e-15,
+        )
+        exact.append(i * 20.0 / (n - 1) + rest)
+    for marks in ((), np.linspace(0.0, 20.0, 38)[1:-1], np.linspace(0.0, 20.0, 4096)[1:-1]):
+        assert last_times_of(system, 1e-10, marks)[0] == pytest.approx(exact, abs=2e-12)
+
+
+@pytest.mark.parametrize("law", [{"K": 1e6}, {"law": "restitution", "e": 0.6}])
+def test_last_times_of_a_host_with_walls_do_not_depend_on_the_edges(law):
+    """Against an integration by SciPy between the impacts, for a Hertz wall."""
+    walls = [nv.Wall(0.01, side, **law) for side in "+-"]
+    system = struck(walls)
+    times, orbit = last_times_of(system, 1e-12)
+    assert len(orbit.impacts) > 4
+    for count in (38, 700):
+        marks = np.linspace(0.0, 20.0, count)[1:-1]
+        assert last_times_of(system, 1e-12, marks)[0] == pytest.approx(times, abs=1e-8)
+    if "K" not in law:
+        return
+
+    def rates(t, y):
+        x, v, u, w = y
+        r = x - u
+        push = 200.0 * r + 2.0 * (v - w)
+        push += 1e6 * (max(r - 0.01, 0.0) ** 1.5 - max(-r - 0.01, 0.0) ** 1.5)
+        return [v, (-4000.0 * x - 8.0 * v - push) / 10.0, w, push / 0.6]
+
+    run = solve_ivp(
+        rates, (0.0, 20.0), [0.0, 0.5, 0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-14,
+        max_step=2e-3, dense_output=True,
+    )  # fmt: skip
+    fine = np.linspace(0.0, 20.0, 400_001)
+    x, v, _, _ = run.sol(fine)
+    energy = 5.0 * v**2 + 2000.0 * x**2
+    for share, time in zip(SHARES, times, strict=True):
+        last = fine[np.flatnonzero(energy > share * 1.25)[-1]]
+        assert time == pytest.approx(last, abs=5.1e-5)
+        x, v, _, _ = run.sol(time)
+        assert 5.0 * v**2 + 2000.0 * x**2 == pytest.approx(share * 1.25, rel=1e-6)
+
+
+def test_last_times_see_what_no_edge_does():
+    """E1 of two masses exceeds levels between the edges only, as their cells are long.
+
+    Without damping E1 is constant, so a force that lasts half a period of the mass makes it rise
+    and fall to 0 again within one cell.
+    """
+    host = nv.Host([[2.0]], [[32.0]], dofs=["x"])
+    system = nv.System.from_host(host)
+    load = Loading(rectangular=(Rectangular(peak=8.0, length=math.pi / 2),), on="x")
+    orbits = HostOrbits(system.under(load), 1e-10)
+    cells = cells_of(load, 4.0, 4.0, np.zeros(0))
+    orbit = follow_load(orbits, cells, orbits.start(None))
+    # x = (1 - cos 4t) / 4, E1 = (16 sin(2t)^2) / 4: 4 J at pi / 4, with no energy at pi / 2
+    assert len(orbit.edges) == 3
+    assert np.abs(energies_at(orbits, orbit.section)[0]).max() < 1e-12
+    assert orbit.records.peaks[0] == pytest.approx(4.0, rel=1e-9)
+    levels = [0.04, 1.0, 3.0, 5.0]
+    exact = [math.pi / 2 - math.asin(math.sqrt(level / 4)) / 2 for level in levels[:3]]
+    assert last_times(orbits, cells, orbit, levels) == pytest.approx([*exact, 0.0], abs=1e-9)

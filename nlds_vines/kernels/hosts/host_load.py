@@ -31,6 +31,9 @@ class HostLoad(NamedTuple):
     edges: Any  # (n + 1,) [s], ascending
     rows: Any  # (drives n,) coefficients of f by the place in a cell, cell by cell
     jumps: Any  # (n + 1,) of the integral of f at the edges
+    tops: (
+        Any  # (n,) a level of E1 [J] in each cell, raised to its largest value there; or no numbers
+    )
 
 
 @jit
@@ -97,7 +100,11 @@ def run_cells(flow, load, ends, state, section, records):
         if load.jumps[p] != 0.0:
             strike_all(host, load.jumps[p], load.edges[p], y)
         note_edge(host, 0, y, section, p)
+        if records is not None and len(load.tops) > 0:
+            records.peaks[0] = load.tops[p]
         status = run_part(host, None, watch, (0, grid.cells), load.edges[p], y)
+        if records is not None and len(load.tops) > 0:
+            load.tops[p] = records.peaks[0]
         if status != OK:
             return status
         total = 0.0

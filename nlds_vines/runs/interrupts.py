@@ -26,6 +26,7 @@ _ANSWER = b"stopping: what is under way has a second to end; press Ctrl-C again 
 _NOTICE = b"stopping: this block is finished first\n"
 
 GRACE = 1.0  # seconds that work has to end after Ctrl-C or SIGTERM before it is abandoned
+AGAIN = 0.05  # seconds until a signal whose exception Python has dropped is sent again
 NOTICE = getattr(signal, "SIGUSR1", None)  # by which SLURM gives notice of the end of a job
 INTERRUPTED, TERMINATED = 130, 143  # exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1
 
@@ -56,8 +57,8 @@ _raised: list[type[KeyboardInterrupt]] = []  # by signals, and not seen outside 
 def raise_on_signals() -> Iterator[None]:
     """Let SIGINT and SIGTERM raise during the `with` block, unless somebody takes them already.
 
-    Python drops an exception that is raised in a destructor or in a callback of a C library.  In
-    that case it is raised again at the end of the block.
+    Python drops an exception that is raised in a destructor or in a callback of a C library.  Then
+    the signal is sent again, without a word, and at the end of the block it raises at the latest.
     """
     exceptions: dict[int, type[KeyboardInterrupt]] = {
         signal.SIGINT: KeyboardInterrupt,
@@ -72,8 +73,21 @@ def raise_on_signals() -> Iterator[None]:
         _raised.append(exceptions[number])
         raise exceptions[number]
 
+    again: list[threading.Timer] = []
+    report = sys.unraisablehook
+
+    def send_again(dropped: sys.UnraisableHookArgs) -> None:
+        for number, exception in exceptions.items():
+            if dropped.exc_type is exception and _raised:
+                again.append(threading.Timer(AGAIN, os.kill, (os.getpid(), number)))
+                again[-1].daemon = True
+                again[-1].start()
+                return
+        report(dropped)
+
     if numbers:
         _raised.clear()  # of an earlier command that has ended in an error
+        sys.unraisablehook = send_again
     before = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield
@@ -81,6 +95,10 @@ def raise_on_signals() -> Iterator[None]:
         _raised.clear()
         raise
     finally:
+        for timer in again:
+            timer.cancel()
+        if numbers:
+            sys.unraisablehook = report
         _restore(before)
     if _raised:
         dropped = _raised[-1]

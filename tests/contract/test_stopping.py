@@ -395,7 +395,6 @@ class Deaf:
         os.kill(os.getpid(), self.number)
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 @pytest.mark.parametrize("is_swallowed", [False, True])
 def test_a_signal_ends_a_command_in_one_line_also_in_a_destructor(
@@ -415,6 +414,22 @@ def test_a_signal_ends_a_command_in_one_line_also_in_a_destructor(
     assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
     assert exit_status_of("plot", lambda: 0) == 0
     assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_that_a_destructor_swallows_is_sent_again(number, status, capsys):
+    """The command does not go on to its end."""
+
+    def work():
+        one = Deaf(number)
+        del one
+        time.sleep(60.0)
+        return 0
+
+    began = time.monotonic()
+    assert exit_status_of("plot", work) == status
+    assert time.monotonic() - began < 30.0
+    assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
 
 
 OVER = """

@@ -198,10 +198,10 @@ def package(tmp_path_factory):
     return folder
 
 
-def run_without_a_cache(package, home, temporary, code=BLOCKED):
+def run_without_a_cache(package, home, temporary, code=BLOCKED, **others):
     """Run a program, which prints e, in a folder of `package`; return its errors."""
     places = {"TMPDIR": str(temporary), "HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache"}
-    environment = {**places, "NUMBA_CACHE_DIR": "", "PYTHONPATH": ""}
+    environment = {**places, "NUMBA_CACHE_DIR": "", "PYTHONPATH": "", **others}
     status, out, err = ran(package, "-B", "-c", code, **environment)
     assert status == 0, err
     assert float(out) == pytest.approx(2.718281828459045, rel=1e-15)
@@ -268,6 +268,22 @@ def test_the_users_cache_is_taken_without_a_word_and_heals_itself(blocked, home,
         err = blocked(home, tmp_path / "tmp")
         assert err.count("\n") == (0 if kind == "removed" else 1)
         assert {path: path.read_bytes() for path in compiled_in(home)} == sound
+
+
+def test_a_numba_cache_dir_that_is_passed_over_is_said(blocked, package, tmp_path):
+    """Because it is a file, or because others may write to it."""
+    home, file, theirs = tmp_path / "home", tmp_path / "file", tmp_path / "theirs"
+    file.touch()
+    (theirs / "nlds_vines").mkdir(parents=True)
+    name = stored_code.folder_name(package / "nlds_vines" / "kernels")
+    (theirs / "nlds_vines" / name).mkdir()
+    (theirs / "nlds_vines" / name).chmod(0o777)
+    for place, reason in ((file, "Not a directory"), (theirs, "others may write to it")):
+        (line,) = blocked(home, tmp_path / "tmp", NUMBA_CACHE_DIR=str(place)).splitlines()
+        assert line.startswith(f"nlds_vines: NUMBA_CACHE_DIR = {str(place)!r} is passed over: ")
+        assert reason in line
+        assert line.endswith(f"; compiled kernels go to {home}/cache/nlds_vines/{name}")
+    assert not compiled_in(theirs)
 
 
 def test_without_any_folder_it_works_all_the_same(blocked):

@@ -78,6 +78,11 @@ def temporary_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="nlds_vines-"))
 
 
+def folder_name(kernels: Path) -> str:
+    """Return the name of the folder for the kernels in a folder of sources."""
+    return f"kernels-{hashlib.sha256(str(kernels).encode()).hexdigest()[:16]}"
+
+
 def _places() -> Iterator[Path]:
     """Yield the permanent folders that may hold compiled kernels, by preference.
 
@@ -85,7 +90,7 @@ def _places() -> Iterator[Path]:
     by the XDG Base Directory Specification, which ignores relative paths. There is no user's cache
     if XDG_CACHE_HOME is not an absolute path and the user has no home.
     """
-    name = f"kernels-{hashlib.sha256(str(KERNELS).encode()).hexdigest()[:16]}"
+    name = folder_name(KERNELS)
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen, "nlds_vines", name)
     yield KERNELS / "__pycache__"
@@ -95,15 +100,34 @@ def _places() -> Iterator[Path]:
         yield home / "nlds_vines" / name
 
 
+def _obstacle(place: Path) -> str:
+    """Return in words why no compiled kernels can be written to a folder; empty if they can."""
+    try:
+        place.mkdir(mode=0o755, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=place).close()
+        is_trusted = _trusted(place.stat())
+    except (OSError, ValueError) as error:
+        return getattr(error, "strerror", None) or str(error)
+    return "" if is_trusted else "another user owns it, or group or others may write to it"
+
+
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """Return the folder to which this process writes compiled kernels, or None."""
-    for place in _places():
-        with suppress(OSError):
-            place.mkdir(mode=0o755, parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=place).close()
-            if _trusted(place.stat()):
-                return place
+    """Return the folder to which this process writes compiled kernels, or None.
+
+    A line says so if it is not that in NUMBA_CACHE_DIR.
+    """
+    chosen, passed_over = os.environ.get("NUMBA_CACHE_DIR"), ""
+    for number, place in enumerate(_places()):
+        obstacle = _obstacle(place)
+        if not obstacle:
+            if passed_over:
+                say_once(f"{passed_over}; compiled kernels go to {place}")
+            return place
+        if chosen and number == 0:
+            passed_over = f"nlds_vines: NUMBA_CACHE_DIR = {chosen!r} is passed over: {obstacle}"
+    if passed_over:
+        say_once(passed_over)
     temporary = None
     with suppress(OSError):
         temporary = temporary_folder()

@@ -240,6 +240,15 @@ def check_name(what: str, value: object) -> str:
     return name
 
 
+def dof_name(what: str, label: object) -> str:
+    """Return the name of a degree of freedom: a text, or the digits of a whole number."""
+    if isinstance(label, str):
+        return label
+    if isinstance(label, numbers.Integral) and not isinstance(label, bool):
+        return str(int(label))
+    raise RequestError(f"{what}: {shown(label)} must be a text or a whole number")
+
+
 def refuse_bytes(what: str, text: str) -> None:
     """Raise `RequestError` for a null character, or for bytes that are no UTF-8."""
     if "\0" in text:

@@ -24,6 +24,7 @@ from nlds_vines.errors import (
     at,
     check_name,
     choice,
+    dof_name,
     from_text,
     number,
     shown,
@@ -36,7 +37,6 @@ from nlds_vines.model.host_matrices import (
     MOST_DENSE,
     MOST_ENTRIES,
     array_of,
-    dof_name,
     matrices_of,
     read_arrays,
 )
@@ -188,10 +188,16 @@ class Host(Outlined):
         self.influence = influence
         places = [self.dofs.index(name) for name in self.condensed]
         moved = np.delete(influence, places)
-        if scipy.sparse.issparse(self.M):
-            self.inertia = self.M @ moved
-        else:  # sums of dense rows are rounded once: the same bits on every processor
-            self.inertia = np.array([math.fsum(row) for row in self.M * moved])
+        with np.errstate(over="ignore", invalid="ignore"):
+            if scipy.sparse.issparse(self.M):
+                inertia = self.M @ moved
+            else:  # sums of dense rows are rounded once: the same bits on every processor
+                products = self.M * moved
+                is_finite = np.isfinite(products).all()
+                inertia = np.array([math.fsum(row) for row in products] if is_finite else [np.inf])
+        if not np.isfinite(inertia).all():
+            raise RequestError("M times the influence is no finite number: check the units")
+        self.inertia = inertia
 
     def _condense(self) -> None:
         """Let the degrees of freedom without mass, c, follow the others, r, statically.

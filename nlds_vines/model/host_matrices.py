@@ -10,6 +10,7 @@ import io
 import math
 import os
 import re
+import sys
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,7 +22,7 @@ import numpy as np
 import scipy  # whose modules are loaded when they are first used: systems of one mass need none
 
 from nlds_vines.archives.files import decoded, read_bytes
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import RequestError, at, dof_name, shown
 from nlds_vines.model.axis import refuse_masked
 
 MOST_DENSE = 2000
@@ -103,15 +104,6 @@ def _labels(what: str, index: Any) -> tuple[str, ...]:
     if labels == list(range(len(labels))):
         return ()
     return tuple(dof_name(what, label) for label in labels)
-
-
-def dof_name(what: str, label: Any) -> str:
-    """Return the name of a degree of freedom: a text, or the digits of a whole number."""
-    if isinstance(label, str):
-        return label
-    if isinstance(label, int | np.integer) and not isinstance(label, bool | np.bool_):
-        return str(int(label))
-    raise RequestError(f"{what}: {shown(label)} must be a text or a whole number")
 
 
 def _symmetric(name: str, value: Any) -> Any:
@@ -202,7 +194,9 @@ def read_arrays(path: Path) -> dict[str, Any]:
     for name in ("influence", "dofs"):
         if name in members:
             values = np.ravel(members[name])
-            arrays[name] = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+            with at(name), _in_one_line():
+                texts = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+                arrays[name] = texts.tolist()
     return arrays
 
 
@@ -256,6 +250,10 @@ def _array_in(data: bytes) -> np.ndarray:
         raise RequestError(f"is damaged: its shape {shape} takes {size} bytes, but it has {left}")
     if math.prod(shape) > MOST_ENTRIES:
         raise RequestError(f"has {math.prod(shape)} entries; allowed: up to {MOST_ENTRIES}")
+    if dtype.kind == "U" and size:
+        letters = np.frombuffer(data, np.dtype("u4").newbyteorder(dtype.byteorder), -1, file.tell())
+        if letters.max() > sys.maxunicode:  # NumPy would make a text that Python cannot read
+            raise RequestError(f"is damaged: {letters.max()} is the number of no character")
     with _in_one_line():
         values = np.frombuffer(data, dtype, offset=file.tell())
         return values.reshape(shape, order="F" if is_fortran else "C")

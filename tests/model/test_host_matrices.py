@@ -267,11 +267,33 @@ def test_of_600_damaged_files_each_ends_in_one_line(here, suffix):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 100e3  # 100 MB
 
 
+@pytest.mark.slow("600 files")
+def test_of_600_files_with_damaged_arrays_under_a_right_checksum_each_ends_in_one_line(here):
+    """Names that are no characters, lengths that overflow, types that are none."""
+    rng = np.random.default_rng(63)
+    lines = []
+    for number in range(600):
+        names = ["roof", "fl\u00f6\u00f6r", "x"]
+        texts = [name.encode() for name in names] if number % 3 else names
+        arrays = {"M": M, "K": K, "c": K, "dofs": np.array(texts), "influence": np.ones(3)}
+        members = {name: bytearray(saved(np.save, array)) for name, array in arrays.items()}
+        content = members[list(members)[rng.integers(len(members))]]
+        for place in rng.integers(len(content), size=rng.integers(1, 6)):
+            content[place] ^= 1 << rng.integers(8)
+        (here / "frame.npz").write_bytes(packed(zipfile.ZIP_STORED, **members))
+        try:
+            nv.Host.from_file("frame.npz")
+        except nv.RequestError as error:
+            lines.append(str(error))
+    assert len(lines) > 400
+    assert "\n" not in "".join(lines)
+
+
 def packed(method, **members):
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", method) as archive:
         for name, content in members.items():
-            archive.writestr(f"{name}.npy", content)
+            archive.writestr(f"{name}.npy", bytes(content))
     return file.getvalue()
 
 

@@ -1063,13 +1063,20 @@ def _below(least: float, matrix: Any) -> str:
 
 
 def _with_unit_diagonal(matrix: Any) -> tuple[Any, np.ndarray]:
-    """Return D A D of a symmetric A, and D > 0: its diagonal is 1, unless that of A is not > 0."""
+    """Return D A D of a symmetric A, and D > 0: its diagonal is 1, unless that of A is not > 0.
+
+    An entry beyond 1 makes it indefinite, however large; so 2 stands for more, which may overflow.
+    """
     diagonal = matrix.diagonal()
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     if scipy.sparse.issparse(matrix):
         factors = scipy.sparse.diags_array(scale)
-        return factors @ matrix @ factors, scale
-    return scale[:, None] * matrix * scale, scale
+        scaled = factors @ matrix @ factors
+        scaled.data = scaled.data.clip(-2.0, 2.0)
+        return scaled, scale
+    with np.errstate(over="ignore"):
+        scaled = scale[:, None] * matrix * scale
+    return scaled.clip(-2.0, 2.0), scale
 
 
 def _vector(name: str, value: Any, least: float = -np.inf) -> np.ndarray:

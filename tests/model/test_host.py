@@ -255,6 +255,10 @@ EYE = np.eye(2)
         ({"dofs": ["a", "a"]}, "dofs = .* must be 2 different names"),
         ({"dofs": ["a.b", "c"]}, "dofs = 'a.b' must be a text without"),
         ({"dofs": ["ground", "c"]}, "dofs: 'ground' has another meaning"),
+        (
+            {"K": [[1e-300, 1], [1, 1e90]]},
+            "K must be positive semidefinite, but has the eigenvalue",
+        ),
         ({"influence": [1e308, 1], "M": 1e10 * EYE}, "M times the influence is no finite number"),
         ({"influence": [1]}, "influence has 1 values for 2 degrees of freedom"),
     ],

@@ -94,6 +94,9 @@ def raise_on_signals() -> Iterator[None]:
     except KeyboardInterrupt:
         _raised.clear()
         raise
+    except BaseException:
+        if not _raised:  # otherwise a C library has made the error of the signal's exception
+            raise
     finally:
         for timer in again:
             timer.cancel()

@@ -432,6 +432,22 @@ def test_a_signal_that_a_destructor_swallows_is_sent_again(number, status, capsy
     assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
 
 
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_error_that_a_library_makes_of_a_signal_is_the_signal(number, status, capsys):
+    """As h5py does, which ends in a SystemError."""
+
+    def work():
+        try:
+            os.kill(os.getpid(), number)
+        except KeyboardInterrupt:
+            raise SystemError("returned a result with an exception set") from None
+
+    assert exit_status_of("", lambda: exit_status_of("plot", work)) == status
+    assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
+    with pytest.raises(SystemError):
+        exit_status_of("plot", lambda: (_ for _ in ()).throw(SystemError("its own")))
+
+
 OVER = """
 import os, signal, sys
 from nlds_vines.runs import interrupts

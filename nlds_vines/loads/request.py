@@ -210,7 +210,7 @@ class HistoryRequest(Request):
     def check_host(self, system: HostSystem, names: Collection[str]) -> None:
         """Refuse names that mean nothing under a load, and displacements that do not exist."""
         for name in names:
-            if name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}."):
+            if is_of_own_force(name):
                 raise RequestError(f"{name}: a system's own force is off under a load")
         system.refuse_twice(name for name in names if has(system, name))
         if self.load.acts:
@@ -337,6 +337,11 @@ def has(system: AnySystem, name: str) -> bool:
 
 def is_of_load(name: str) -> bool:
     return name in NUMBERS or (name.partition(".")[0] in ALL and name not in DESCRIBED)
+
+
+def is_of_own_force(name: str) -> bool:
+    """Return True for a number of a host's harmonic force, which is off under a load."""
+    return name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}.")
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:

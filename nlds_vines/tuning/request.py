@@ -19,6 +19,7 @@ from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
+    is_of_own_force,
     natural_period,
     refuse_load_in_set,
     refuse_without_effect,
@@ -26,7 +27,7 @@ from nlds_vines.loads.request import (
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import AnySystem, refuse_without_force, without_hosts
 from nlds_vines.model.host_system import PLACE, HostSystem
-from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading
 from nlds_vines.model.parameters import (
     DESCRIBED,
     LAWS,
@@ -595,6 +596,8 @@ def load_tuning(
     with at(request.place("uncertain")):
         uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
     history, steady = _history(request, system)
+    with at(request.place("uncertain")):
+        _check_uncertain(system, uncertain, history)
     axes = request.axes("over")
     if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
         # an axis of the forcing frequency is that of the only tone
@@ -606,7 +609,8 @@ def load_tuning(
         refuse_twice(system.scene, [axis.name for axis in axes])
         of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
         others = tuple(axis for axis in axes if axis not in of_load)
-        changing = [one.name for one in free] + [one.name for one in uncertain]
+        changing = [one.name for one in free]
+        changing += [n for one in uncertain if history is None or not is_of_load(n := one.name)]
         names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
         over = (*axes_of_parameters(others, system.scene, system.parameters, names), *of_load)
@@ -632,6 +636,20 @@ def load_tuning(
         history=history, uncertain=uncertain, surface=grid, places=request.table("places"),
         search=Search(**default | request.of(Search)),
     )  # fmt: skip
+
+
+def _check_uncertain(
+    system: AnySystem, uncertain: Sequence[Uncertain], history: HistoryRequest | None
+) -> None:
+    """Refuse what a host does not have, and under a load the numbers of its own force."""
+    if not isinstance(system, HostSystem):
+        return
+    allowed = list(system.allowed)
+    if history is not None:
+        allowed = [name for name in allowed if not is_of_own_force(name)]
+    for one in uncertain:
+        if history is None or not (is_of_load(one.name) or is_of_own_force(one.name)):
+            choice("uncertain parameter", one.name, [*allowed, *(NUMBERS if history else ())])
 
 
 def _free(request: Merged, scene: Scene) -> dict[str, Any]:

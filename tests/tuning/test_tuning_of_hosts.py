@@ -5,6 +5,7 @@ import pytest
 from support import as_host
 
 import nlds_vines as nv
+from nlds_vines.tuning.design_space import places_of
 from nlds_vines.tuning.request import load_tuning
 from nlds_vines.tuning.result import STAGES
 from nlds_vines.tuning.run import Objective, at_rest
@@ -103,3 +104,41 @@ def test_the_best_of_all_places_is_the_orbit_of_its_system(tmp_path):
     assert tuned.best.impacts == len(orbit.impacts) / 10 > 0
     again = nv.open_archive(tmp_path / "a.h5")
     assert again.best.places == tuned.best.places
+
+
+LINEAR = nv.System.from_host(
+    nv.Host([[10.0]], [[4000.0]], [[8.0]]), [nv.Damper("t", "x1", m=0.6, k=200.0, c=2.0)]
+)
+STRUCK = {
+    "load": {"impulse": 5.0, "on": "x1", "half_sine": {"peak": 3.0, "length": 0.2, "at": 7.0}},
+    "sampling": {"duration": 8.0},
+    "free": {"t.c": {"low": 1.0, "high": 30.0}},
+}
+
+
+def test_loads_of_hosts_may_be_uncertain_and_a_wrong_name_is_refused_in_its_table(error_of):
+    for name in ("impulse", "scale", "half_sine.peak", "t.k"):
+        tuning = load_tuning(LINEAR, {**STRUCK, "uncertain": {name: "20%"}})
+        assert [one.name for one in tuning.uncertain] == [name]
+    line = error_of(load_tuning, LINEAR, {**STRUCK, "uncertain": {"t.kk": "20%"}})
+    assert "[uncertain]: unknown uncertain parameter 't.kk'" in line
+    assert "impulse, scale" in line
+    assert "ground" not in line
+    line = error_of(load_tuning, LINEAR, {**STRUCK, "uncertain": {"ground": "20%"}})
+    assert "ground: a system's own force is off under a load" in line
+
+
+@pytest.mark.kernels
+def test_an_uncertain_blow_scales_the_response_of_a_linear_host():
+    """x_max is proportional to the impulse, as the mean over the draws is to their mean."""
+    changes = {**STRUCK, "load": {"impulse": 5.0, "on": "x1"}}
+    changes["search"] = {"objective": "x1.x_max", "draws": 8}
+    trials = at_rest(np.array([[2.0], [9.0]]))
+    one = Objective(load_tuning(LINEAR, {**changes, "search": {"objective": "x1.x_max"}}))
+    certain = one.results(trials)[:, 0]
+    both = Objective(load_tuning(LINEAR, {**changes, "uncertain": {"impulse": "20%"}}))
+    tuning = load_tuning(LINEAR, {**changes, "uncertain": {"impulse": "20%"}})
+    places = places_of(tuning.uncertain, 8, tuning.search.seed)[1:, 0]
+    assert np.ptp(places) > 1.0
+    mean = certain * np.mean(1 + 0.2 * places)
+    assert both.results(trials)[:, 0] == pytest.approx(mean, rel=1e-9)

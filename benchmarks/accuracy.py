@@ -36,7 +36,7 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.kind_engine import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from paper.linear import response, steady_state
 

@@ -95,7 +95,8 @@ def _start_of(system: System) -> np.ndarray:
     From the orbit itself periods would repeat to the bit, and be copied. With a limit to keep the
     start is at rest: the settled state may be beyond the limit.
     """
-    from nlds_vines.orbits.simulation import simulate, start_state
+    from nlds_vines.orbits.kind_engine import start_state
+    from nlds_vines.orbits.simulation import simulate
 
     if system.scene.limit is not None:
         return start_state(system, system.cell.rest, None)

@@ -23,7 +23,7 @@ from benchmarks.accuracy import linear_sections, parser_of, publish, rest_state,
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import IntegrationError
+from nlds_vines.orbits.one_orbit import IntegrationError
 from paper.linear import response, steady_state
 
 BOTH = ("section", "impacts")

@@ -34,8 +34,8 @@ from nlds_vines.model.system import System as System
 from nlds_vines.orbits.classification import LyapunovSpectrum as LyapunovSpectrum
 from nlds_vines.orbits.classification import Regime as Regime
 from nlds_vines.orbits.classification import classify as classify
-from nlds_vines.orbits.simulation import IntegrationError as IntegrationError
-from nlds_vines.orbits.simulation import Orbit as Orbit
+from nlds_vines.orbits.one_orbit import IntegrationError as IntegrationError
+from nlds_vines.orbits.one_orbit import Orbit as Orbit
 from nlds_vines.orbits.simulation import simulate as simulate
 from nlds_vines.orbits.simulation import spectrum as spectrum
 from nlds_vines.orbits.spectrum import Spectrum as Spectrum

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from nlds_vines.orbits.one_orbit import IntegrationError
 from nlds_vines.orbits.responses import relative_displacement
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.result import View

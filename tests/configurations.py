@@ -20,11 +20,11 @@ SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "imp
 
 def compile_all():
     """Compile the four configurations."""
-    from nlds_vines.continuation.section_map import SectionMap
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.numerics.tones import fill_tones
     from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
+    from nlds_vines.orbits.section_map import SectionMap
     from nlds_vines.orbits.solver_settings import Settings
 
     for scene, want in SCANS:

@@ -18,7 +18,8 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.compilation import notice
-from nlds_vines.orbits.simulation import IntegrationError, simulate
+from nlds_vines.orbits.one_orbit import IntegrationError
+from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import chosen_settings
 
 EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))  # tolerances, from coarse to fine

@@ -35,11 +35,9 @@ from nlds_vines.bifurcation.result import own_states
 from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME, recorded
-from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.batch import Wanted, on_threads, parts_of, records_of
-from nlds_vines.orbits.host_batch import kernels_for
+from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.records import OK
-from nlds_vines.orbits.starts import FALLBACK_LENGTH, Start, given_states, length_unit
 from nlds_vines.runs.progress import Tell
 
 NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit
@@ -301,7 +299,6 @@ the nearest other cycle; the smaller counts. It is halved until all trial orbits
 
 TRIALS, RETURNS = 48, 8  # trial orbits at this distance, and after how many returns they are nearer
 TOGETHER = 500  # orbits that are judged in one call: about a second, and 80 MB of memory at most
-_FLOOR = 1e-6  # amplitudes below this share of the unit of length are not resolved
 
 
 class Ends(NamedTuple):
@@ -321,11 +318,11 @@ class Cycle(NamedTuple):
 class OrbitEnds:
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         self.scan, self._tell, self.scene = scan, tell, wanted.scene
-        self._verdicts: Any = kernels_for(
-            scan.system, replace(wanted, want=("regime",)), tell, helped=helped
-        )
+        self._engine = engine_for(scan.system)
+        judged = replace(wanted, want=("regime",))
+        self._verdicts = self._engine.runner(judged, tell, of=(), helped=helped)
         energy = replace(wanted, want=("energy",))
-        self.energies = kernels_for(scan.system, energy, tell, helped=False)
+        self.energies = self._engine.runner(energy, tell, of=(), helped=False)
         self._known = dict[int, list[Cycle]]()
 
     def arrays(
@@ -333,7 +330,7 @@ class OrbitEnds:
     ) -> dict[str, np.ndarray]:
         """Return the datasets of orbits, (n, 1, ...) each; attractors are not numbered yet."""
         systems = systems_of(self.scan, places)
-        if self.scene.kind == HOST:  # every orbit is judged
+        if not self._engine.recognizes_cycles:  # every orbit is judged
             ends = self.judged(cells, starts)
             arrival = self._arrivals(cells, starts, ends)
             return self._datasets(cells, ends.labels, ends.states, arrival, ends.status)
@@ -412,16 +409,12 @@ class OrbitEnds:
         return Ends(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Return states (n, components) of users of those of kernels; of hosts they are these."""
-        converted: np.ndarray = self._verdicts.user_states(cells, states)
-        return converted
+        """Return states (n, components) of users of those of kernels."""
+        return self._engine.user_states(cells, states)
 
     def kernel_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Convert states (n, components) of users to those of kernels, (n, 4): x1, v1, r, s."""
-        if self.scene.kind == HOST:
-            return states
-        components = dict(zip(self.scene.components, states.T, strict=True))
-        return given_states(cells, Start(), components, self.scene)
+        """Return states (n, ...) of kernels of those of users."""
+        return self._engine.kernel_states(cells, states)
 
     def sections(self, cells: np.ndarray, states: np.ndarray, periods: int) -> np.ndarray:
         """Return the sections (n, periods, 4) of orbits in `cells` (n,) from states (n, 4)."""
@@ -438,19 +431,7 @@ class OrbitEnds:
         )
 
     def _amplitudes(self, cell: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Return the amplitudes (size,) of the components of states (n, 4) in a cell (1,)."""
-        size, omega = len(self.scene.components), float(cell["omega"][0])
-        pairs = np.hypot(states[:, ::2], states[:, 1::2] / omega)  # of x1, v1 and of r, s
-        lengths = pairs.max(axis=0, initial=0.0)
-        if self.scene.kind == HOST:  # one of all its coordinates, as some hardly move
-            system: Any = self.scan.system
-            count = len(system.host.inertia)
-            lengths[:count] = lengths[:count].max()
-            floor = _FLOOR * max(float(lengths.max()), FALLBACK_LENGTH)
-        else:
-            floor = max(_FLOOR * float(length_unit(cell)[0]), 1e-9 * abs(float(cell["rest"][0])))
-        lengths = np.maximum(lengths, floor)
-        return (lengths[:, np.newaxis] * np.array([1.0, omega])).ravel()[:size]
+        return self._engine.amplitudes(cell, states)
 
     def _cycle(
         self, cell: np.ndarray, label: str, points: np.ndarray, radius: float = RADIUS

@@ -16,13 +16,11 @@ from typing import Any
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
-from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.records import JUDGED, noted, touches_noted
 from nlds_vines.runs import progress
 from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
-HOST_PERIODS = 16  # of a kind, which take as long as one of a host with impacts
 MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
 BLOCK_BYTES = 1 << 27  # of a block while it is computed: small beside the memory of any machine
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
@@ -107,7 +105,7 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
     They are those of about `BLOCK_PERIODS`, within `BLOCK_BYTES`.
     """
     per_cell = scan.starts * (scan.transient + scan.periods)
-    per_cell *= HOST_PERIODS if scan.system.scene.kind == HOST else 1
+    per_cell *= scan.system.scene.cost
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
     last, cells = scan.shape[-1], max(1, min(by_time, by_size))

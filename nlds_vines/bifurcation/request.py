@@ -21,7 +21,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
-from nlds_vines.errors import RequestError, at, checked_names, choice, shown, string, unknown
+from nlds_vines.errors import RequestError, at, checked_names, choice, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import AnySystem, any_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
@@ -36,7 +36,7 @@ from nlds_vines.model.parameters import (
 )
 from nlds_vines.model.quantities import recorded
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, ratios_in, refuse_twice
-from nlds_vines.model.scenes import HOST, Scene
+from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -247,18 +247,14 @@ class Scan(Request):
                 f"state has {len(start.state)} numbers; kind {self.system.kind!r} has the "
                 f"state {', '.join(components)}"
             )
-        if scene.kind == HOST:
-            system: Any = self.system
-            object.__setattr__(self, "of", system.displacements(list(self.of), self.want))
-            choice("method of a host", self.method, solver_settings.METHODS[:1])
-            if self.nodes is not None:
-                raise RequestError(f"nodes = {self.nodes}: impacts of hosts have no nodes")
-            parameters = self.parameters if self.sampled is None else ()
-            for corner in product(*(axis.values[[0, -1]].tolist() for axis in parameters)):
-                values = zip((axis.name for axis in parameters), corner, strict=True)
-                system.with_(**dict(values))  # walls must not overlap
-        elif self.of:
-            raise RequestError(f"of = {shown(list(self.of))} is for the response of a host")
+        object.__setattr__(self, "of", self.system.displacements(list(self.of), self.want))
+        choice("method", self.method, scene.methods)
+        if self.nodes is not None and "nodes" not in scene.fineness:
+            raise RequestError(f"nodes = {self.nodes}: impacts of {scene.meaning} have no nodes")
+        varied = self.parameters if self.sampled is None else ()
+        edges = [axis.values[[0, -1]].tolist() for axis in varied]
+        corners = (zip(varied, corner, strict=True) for corner in product(*edges))
+        self.system.refuse_corners({axis.name: value for axis, value in one} for one in corners)
         if PHASE in names and start.phase:
             raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
         # any other name must be an initial condition; the system refuses parameters that its kind

@@ -43,7 +43,7 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.catalog import AnySystem, any_system, catalog, read_request
+from nlds_vines.model.catalog import AnySystem, any_system, read_request
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import (
@@ -54,8 +54,6 @@ from nlds_vines.model.parameters import (
     setting_in_words,
 )
 from nlds_vines.model.quantities import BY_NAME, QUANTITIES
-from nlds_vines.model.ratios import ratios_in
-from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
     Checked,
     Document,
@@ -71,7 +69,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import system_in_words
 from nlds_vines.orbits.records import USUAL, failures_in, failures_in_words
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -471,28 +469,20 @@ def load_curves(
     )
 
 
-def without_damper(system: AnySystem) -> Any:
-    if isinstance(system, HostSystem):
-        return replace(system, dampers=(), name="host", title="")
-    allowed, ratios = SCENES["none"].allowed, ratios_in(SCENES["none"])
-    values = {name: value for name, value in system.parameters.items() if name in allowed}
-    fixed = {k: v for k, v in system.fixed_ratios.items() if k in ratios}
-    return System("none", values, title=catalog()["none"].title, fixed_ratios=fixed)
-
-
 def _has(system: AnySystem, displacements: Sequence[str]) -> bool:
     """Return False if one of the displacements is that of a damper that the system lacks."""
     try:
-        return not isinstance(system, HostSystem) or bool(system.displacements(displacements))
+        system.displacements(displacements)
     except RequestError:
         return False
+    return True
 
 
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers."""
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
     for scan in (case.scan for case in request.cases):
-        bare = without_damper(scan.system)
+        bare = scan.system.alone()
         if scan.system.scene.damper and request.axis in bare.scene.allowed:
             of = scan.of if _has(bare, scan.of) else ()
             has = ("energy", "response") if of == scan.of else ("energy",)

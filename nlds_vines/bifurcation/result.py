@@ -8,8 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,16 +20,15 @@ from nlds_vines.errors import RequestError, at, number, shown, truth, unknown, w
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.ratios import ratios_in
-from nlds_vines.model.scenes import HOST
 from nlds_vines.model.system import System
-from nlds_vines.orbits import starts
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.orbits.simulation import Beginning, HostBeginning, Orbit
+    from nlds_vines.orbits.engine import Beginning
+    from nlds_vines.orbits.one_orbit import Orbit
 
 
 class ScanArchive(ArchivePath):
@@ -119,26 +117,12 @@ def own_states(
     `initial` are the components of the state and the phase that axes set in the `cells` (n,); an
     orbit that begins at another phase is followed to the next section.  `lanes` (n,) are the
     numbers of the starts in their cells.  `system` is one with other parameters than the scan's.
-    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4) [m, m/s]; of a host the
-    components of the state.
+    Returns states (n, ...) of the kernels.
     """
-    scene = scan.system.scene
-    if scan.system.kind == HOST:
-        from nlds_vines.orbits.host_batch import host_starts  # with kernels, as below
+    from nlds_vines.orbits.engine import engine_for  # with kernels, which take long to load
 
-        tolerance = scan.settings.stepped_to
-        return host_starts(system or scan.system, cells, scan.start, lanes, initial, tolerance)
-    if scan.start.policy == "random":
-        draws = starts.start_states(scan.start)[lanes]
-        return starts.random_states(cells, draws[:, np.newaxis], scene)[:, 0]
-    phases = initial.get(PHASE, np.full(len(cells), scan.start.phase))
-    components = {name: values for name, values in initial.items() if name != PHASE}
-    states = starts.given_states(cells, scan.start, components, scene)
-    if PHASE not in initial and not scan.start.phase:
-        return states
-    from nlds_vines.orbits.batch import at_section  # with kernels, which take long to load
-
-    return at_section(scene, (scan.method, scan.settings), cells, states, phases, tell)
+    how = scan.method, scan.settings
+    return engine_for(system or scan.system).states(cells, scan.start, lanes, initial, how, tell)
 
 
 def swept_before(scan: Scan, place: Place, lane: int) -> list[Place]:
@@ -186,12 +170,12 @@ def recorded_start(
             values[PHASE] = scan.start.phase
         words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
         words = "the start of the sliders" if moved else words or "the given state"
+    from nlds_vines.orbits.engine import engine_for
+
     cell = np.atleast_1d(system.cells())
     state = own_states(scan, cell, initial, np.array([lane]), system=system)
-    if scan.system.kind != HOST:
-        state = starts.put_on_walls(cell, state, system.scene)
-        state = starts.user_states(cell, state, system.scene)
-    return CellStart(tuple(state[0].tolist()), words)
+    (begun,) = engine_for(system).begun_states(cell, state)
+    return CellStart(tuple(begun.tolist()), words)
 
 
 @dataclass(frozen=True)
@@ -199,7 +183,7 @@ class CellOrbit:
     """The orbit of one start in one cell of a scan."""
 
     scan: Scan
-    begin: Beginning | HostBeginning
+    begin: Beginning
     start: str  # its name
     label: str = ""  # in the archive; empty if none is recorded
 
@@ -207,8 +191,6 @@ class CellOrbit:
         from nlds_vines.orbits.simulation import checked_record
 
         words, scan = checked_record(self.begin.system, record), self.scan
-        if scan.system.kind == HOST and "response" in words and not scan.of:
-            raise RequestError("the scan records no response, so no displacement is named")
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
 
     def traced(self, begin: int, end: int, samples: int, quiet: bool = False) -> Orbit:
@@ -217,18 +199,15 @@ class CellOrbit:
         These end steps of the integration, which would change a chaotic orbit: each period is
         traced by itself, from the section of the orbit without them.
         """
-        from nlds_vines.orbits.simulation import HostBeginning
-
         count, first, system = end - begin, self.begin, self.begin.system
         words = ("section", "impacts") if system.scene.walls else ("section",)
         whole_orbit = first.follow(words, begin, count, quiet=quiet)
         assert whole_orbit.section is not None
         states = np.empty((count, samples, whole_orbit.section.shape[1]))
+        one = first.after(begin)
         for i in range(count):
-            if i == 0 or not isinstance(first, HostBeginning):
-                one: Any = first.after(begin + i)
-            else:  # contacts under way follow from the state
-                one = one._replace(state=whole_orbit.section[i - 1])
+            if i:
+                one = first.resumed(begin + i, whole_orbit.section[i - 1])
             states[i] = one.follow(("trajectory",), 0, 1, samples).trajectory
             states[i, -1] = whole_orbit.section[i]
         steps = begin * samples + 1 + np.arange(count * samples)
@@ -296,8 +275,7 @@ def cell_orbit(
     if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return cell_orbit(view, values, start)
-    from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-    from nlds_vines.orbits.simulation import Beginning, HostBeginning, IntegrationError
+    from nlds_vines.orbits.engine import engine_for
 
     scan = scan_of(archive)
     names, is_name = scan.start.names, isinstance(start, str) and not start.isdecimal()
@@ -307,28 +285,15 @@ def cell_orbit(
     lane = names.index(start) if is_name else whole("start", number, 0, len(names) - 1)
     place, cells = nearest_place(archive.path, scan, values, scan.axes), scan.cells()
     label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
-    initial, is_host = scan.initial([np.array([i]) for i in place]), scan.system.kind == HOST
-    own = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))[0]
-    state = own if is_host else np.append(own, np.zeros(STATE_SIZE - own.size))
-    system, of_kernels = system_at(scan, place), cells.view(np.recarray)
-
-    def begin(cell: Place) -> Any:
-        if is_host:
-            of_host: Any = system_at(scan, cell)
-            return HostBeginning(of_host, scan.settings, state, True, scan.of)
-        return Beginning(system, scan.method, scan.settings, of_kernels[cell], state)
-
+    initial = scan.initial([np.array([i]) for i in place])
+    (state,) = own_states(scan, cells[place].reshape(1), initial, np.array([lane]))
+    engine, of_kernels = engine_for(system_at(scan, place)), cells.view(np.recarray)
     # an orbit of a sweep follows the cells before it, of which the first begins at rest
-    for one, after in pairwise((*swept_before(scan, place, lane), place)):
-        try:
-            state = begin(one).after(scan.transient + scan.periods).state
-            if not is_host:
-                # the displacement is carried over; the contact follows from r and s in this cell
-                state[2] += of_kernels[after].rest - of_kernels[one].rest
-                state[4:] = 0.0
-        except IntegrationError:
-            state = np.zeros_like(state)
-    return CellOrbit(scan, begin(place), scan.start.names[lane], label)
+    first, *others = (*swept_before(scan, place, lane), place)
+    begin = engine.begin_in(of_kernels[first], state, scan.method, scan.settings, scan.of)
+    for cell in others:
+        begin = begin.carried(scan.transient + scan.periods, of_kernels[cell])
+    return CellOrbit(scan, begin, scan.start.names[lane], label)
 
 
 def nearest_place(

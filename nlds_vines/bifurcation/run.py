@@ -33,10 +33,10 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import recorded
-from nlds_vines.orbits import records, responses
+from nlds_vines.orbits import records
 from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.host_batch import kernels_for
+from nlds_vines.orbits.engine import engine_for, runner_for
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
@@ -162,7 +162,7 @@ class Computer:
             from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
-        self.kernels = kernels_for(scan.system, wanted, tell, of=scan.of, helped=helped)
+        self.kernels = runner_for(scan.system, wanted, tell, of=scan.of, helped=helped)
         self._traced: Kernels | None = None  # for the states of spectra, which hosts do not have
         if scan.spectral is not None:
             self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
@@ -203,7 +203,7 @@ class Computer:
         scan, datasets = self.scan, self.scan.table.datasets
         arrays = {"P": chains["P"].copy()} if "P" in datasets else {}
         if scan.start.policy == "random":
-            states = self.kernels.user_states(chains[:, 0], starts)
+            states = engine_for(scan.system).user_states(chains[:, 0], starts)
             arrays["start_state"] = states[:, np.newaxis]
         # the same at more instants
         if (spectral := scan.spectral) is not None and self._traced is not None:
@@ -231,7 +231,7 @@ class Computer:
                     section = buffers.section[:, :, -scan.periods :]
                     arrays |= records.modulation_of(section, chains["omega"], buffers.counts)
             if buffers.response is not None:
-                arrays |= responses.arrays_of(buffers.response, scan.system.scene, chains)
+                arrays |= self.kernels.responses(outputs, chains)
             if buffers.cycle is not None:
                 arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
                 arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall

@@ -25,7 +25,6 @@ from nlds_vines.continuation.arclength import (
     point_at_zero,
     point_of,
 )
-from nlds_vines.continuation.section_map import SAME_ORBIT, Cycle, SectionMap
 from nlds_vines.continuation.special_points import (
     Special,
     doubling_near,
@@ -36,6 +35,7 @@ from nlds_vines.continuation.special_points import (
     unexplained,
     walls_in_words,
 )
+from nlds_vines.orbits.section_map import SAME_ORBIT, Cycle, SectionMap
 
 MOST_POINTS = 3_000  # of a branch in one direction
 

@@ -20,15 +20,15 @@ from nlds_vines.continuation.arclength import best_map, place_at, seen_by
 from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
-from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import KINDS
 from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.scenes import HOST
+from nlds_vines.orbits.engine import engine_for
+from nlds_vines.orbits.section_map import Cycle, SectionMap
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
@@ -440,12 +440,8 @@ def map_of(request: Continuation, free: int = 1) -> SectionMap:
     """Return the section map of the first of the free parameters, or of both."""
     items, settings = request.free[:free], Settings(float(request.tolerance))
     names = tuple(item.name for item in items)
-    if not isinstance(request.system, HostSystem):
-        return SectionMap(request.system, names, settings)
-    from nlds_vines.continuation.host_section_map import HostSectionMap
-
     lengths = [item.high - item.low for item in items]
-    return HostSectionMap(request.system, names, settings, lengths)
+    return engine_for(request.system).trace(names, settings, lengths)
 
 
 def read_continuation(path: str | os.PathLike[str]) -> Continued:

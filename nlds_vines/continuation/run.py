@@ -22,16 +22,15 @@ from nlds_vines.continuation.result import (
     scales_of,
     tables_of,
 )
-from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
 from nlds_vines.errors import RequestError
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.orbits.batch import Wanted
-from nlds_vines.orbits.host_batch import host_starts, kernels_for
+from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.records import USUAL
+from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start, random_states, start_states
+from nlds_vines.orbits.starts import Start
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Arrays, Blocks, Write
@@ -50,16 +49,13 @@ def seeds_of(
     there, is_random = request.system.with_(**{name: request.value}), begin.policy != "rest"
     start = Start("random", begin.count, begin.seed) if is_random else Start()
     cells = np.repeat(np.atleast_1d(there.cells()), start.orbits)
-    if isinstance(there, HostSystem):
-        starts = host_starts(there, cells, start, np.arange(len(cells)))
-    elif is_random:
-        starts = random_states(there.cells(), start_states(start), there.scene)
-    else:
-        starts = np.zeros((1, 4))
-    wanted = Wanted(there.scene, USUAL, "exact", "standard", Settings(float(request.tolerance)))
-    kernels, cells = kernels_for(there, wanted, tell), cells[:, np.newaxis]
-    outputs = kernels.run(cells, starts, TRANSIENT, PERIODS)
-    arrays = {key: values[:, 0] for key, values in kernels.verdicts(outputs, cells).items()}
+    engine, how = engine_for(there), ("exact", Settings(float(request.tolerance)))
+    starts = engine.states(cells, start, np.arange(len(cells)), {}, how)
+    method, settings = how
+    wanted = Wanted(there.scene, USUAL, method, "standard", settings)
+    runner, cells = engine.runner(wanted, tell, of=(), helped=True), cells[:, np.newaxis]
+    outputs = runner.run(cells, starts, TRANSIENT, PERIODS)
+    arrays = {key: values[:, 0] for key, values in runner.verdicts(outputs, cells).items()}
     periods = arrays["periodicity"].tolist()
     seeds = [
         (section_map.place_of(request.value, arrays["orbit_point"][i].tolist()), n)

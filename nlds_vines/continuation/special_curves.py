@@ -40,7 +40,6 @@ from nlds_vines.continuation.arclength import (
     seen_by,
     with_tangent,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, shifted
 from nlds_vines.continuation.special_points import (
     limit_of,
     narrowed_down,
@@ -48,6 +47,7 @@ from nlds_vines.continuation.special_points import (
     step_between,
     torus_pair,
 )
+from nlds_vines.orbits.section_map import Cycle, SectionMap, bordered, shifted
 
 # relative distance in the parameter from a GR of the two orbits that calibrate its equation
 BESIDE = 1.0e-7

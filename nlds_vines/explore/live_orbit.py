@@ -98,7 +98,8 @@ def live_orbit(
     s more per thousand periods.
     """
     from nlds_vines.orbits.classification import classify
-    from nlds_vines.orbits.simulation import IntegrationError, simulate
+    from nlds_vines.orbits.one_orbit import IntegrationError
+    from nlds_vines.orbits.simulation import simulate
 
     window = Window(scan.transient, scan.transient + max(scan.periods, SHOW))
     tolerance = scan.tolerance if scan.method == "exact" else None

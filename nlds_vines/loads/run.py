@@ -42,9 +42,9 @@ from nlds_vines.orbits.host_loads import (
     longest_cell,
 )
 from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, response_of
+from nlds_vines.orbits.kind_engine import start_state
 from nlds_vines.orbits.load_flight import LoadBatch
 from nlds_vines.orbits.records import OK
-from nlds_vines.orbits.simulation import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.executors import in_pieces, use_threads
 from nlds_vines.runs.interrupts import check, stoppable

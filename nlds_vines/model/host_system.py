@@ -36,13 +36,14 @@ from nlds_vines.model.parameters import (
     RATIOS,
     RESERVED,
     SIDES,
+    Law,
     flat,
     hertz_stiffness,
     split_name,
 )
 from nlds_vines.model.ratios import RATIOS as PARAMETERS_BY_RATIO
 from nlds_vines.model.ratios import Ratio
-from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene, Values
+from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene, Stroke, Values
 
 if TYPE_CHECKING:
     from nlds_vines.model.host import Host  # with SciPy
@@ -353,6 +354,12 @@ class HostScene(Scene):
     of_walls: tuple[tuple[str, str], ...] = ()  # damper and side of each wall, as kernels have them
     settable: tuple[str, ...] = ()  # `HostSystem.allowed` without ratios
     relative: bool = False
+    unrecorded: tuple[str, ...] = (
+        "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
+    )  # fmt: skip
+    methods: tuple[str, ...] = ("exact",)
+    fineness: tuple[str, ...] = ("tolerance",)
+    cost: int = 16
 
     @property
     def allowed(self) -> tuple[str, ...]:
@@ -497,6 +504,46 @@ class HostSystem(Outlined):
         drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
         new = [name for name in drives if name not in self.parameters]
         return self.with_values(new, [0.0] * len(new)) if new else self
+
+    def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
+        """Raise `RequestError` if a corner of a grid is not allowed, as if walls overlap."""
+        for corner in corners:
+            self.with_(**corner)
+
+    @property
+    def drive(self) -> dict[str, float]:
+        """The parameters of the force, or of the motion of the ground, by name."""
+        names = [name for name in self.parameters if name in ("omega", GROUND)]
+        names += [name for name in self.parameters if name.startswith(f"{FORCE}.")]
+        return {name: self.parameters[name] for name in names}
+
+    @property
+    def contact_in_words(self) -> dict[str, float]:
+        """Return nothing: each wall has constants of its own."""
+        return {}
+
+    @property
+    def contact_laws(self) -> tuple[Law, ...]:
+        """The laws of the walls."""
+        return tuple(LAWS[wall.law] for damper in self.dampers for wall in damper.walls)
+
+    def strokes(self, values: Mapping[str, Any], state: Mapping[str, Any]) -> list[Stroke]:
+        """Return the strokes of the dampers in states, as `System.strokes` does."""
+        zero, strokes = np.zeros(()), []
+        places = [state.get(name, 0.0) for name in self.scene.components[::2]]
+        for damper, row in zip(self.dampers, self.rows(), strict=True):
+            terms = [weight * place for weight, place in zip(row, places, strict=True)]
+            walls = []
+            for wall in damper.walls:
+                gap = values.get(f"{damper.name}.gap", wall.gap)
+                gap = values.get(f"{damper.name}.gap{wall.side}", gap)
+                walls.append((SIDES[wall.side], gap))
+            strokes.append(Stroke(sum(terms, zero), sum(map(np.abs, terms), zero), walls))
+        return strokes
+
+    def alone(self) -> HostSystem:
+        """Return the host without its dampers, under the same force."""
+        return replace(self, dampers=(), name="host", title="")
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
         """Return records of omega and of the varied parameters, one for each point of a grid.

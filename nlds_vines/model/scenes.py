@@ -5,10 +5,10 @@ A new kind is an entry of that table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,14 @@ HOST = "host"  # the kind of systems with a `HostScene`
 LONGEST_NAME = 16  # letters in `Scene.struck`, the width of a column in tables of impacts
 FOOT = "+foot"  # the suffix of a kind in `Scene.key` if the foot of the structure moves
 BASES = ("base_displacement", "base_acceleration")  # of the ground, in place of the force
+
+
+class Stroke(NamedTuple):
+    """The displacement r along a damper's spring in one or many states, and the damper's walls."""
+
+    r: Any  # [m], positive toward the walls in the direction 1
+    terms: Any  # the size of the terms whose sum is r [m], which tells its round-off
+    walls: Sequence[tuple[float, Any]]  # direction, 1 or -1, and gap [m] of each
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,11 @@ class Scene:
     # of the state, in the order of kernels and archives [m, m/s, m, m/s]
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
     dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
+    # what the kernels of the scene offer
+    unrecorded: tuple[str, ...] = ()  # records that they do not make
+    methods: tuple[str, ...] = ("exact", "rk4")  # of integration
+    fineness: tuple[str, ...] = ("tolerance", "nodes", "contact_steps", "period_steps")
+    cost: int = 1  # of a forcing period, in those of one structure with one damper
 
     def __post_init__(self) -> None:
         if max(map(len, self.struck.values())) > LONGEST_NAME:
@@ -314,6 +327,10 @@ _KINDS = (
 
 SCENES: Mapping[str, Scene] = {scene.kind: scene for scene in _KINDS}
 """All scenes by kind.  NES: nonlinear energy sink."""
+
+
+BODIES: Mapping[str, str] = {**{scene.kind: scene.body for scene in _KINDS}, HOST: "host"}
+"""The words for the forced body by kind, as archives name it."""
 
 
 def scene_of(key: str) -> Scene:

@@ -39,7 +39,7 @@ from nlds_vines.model.ratios import (
     still_set,
     without_ratios,
 )
-from nlds_vines.model.scenes import BASES, SCENES, Scene
+from nlds_vines.model.scenes import BASES, SCENES, Scene, Stroke
 
 if TYPE_CHECKING:
     from nlds_vines.model.host import Host
@@ -234,6 +234,68 @@ class System(Outlined):
                 raise RequestError("f beside omega: give one of them")
             omega = number("f", f) * (2 * pi)
         return system_from_host(host, dampers, force, base, omega, name, title)
+
+    def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
+        """Accept any corner of a grid, as the range of one parameter depends on no other."""
+
+    @property
+    def drive(self) -> dict[str, float]:
+        """The parameters of the force, or of the motion of the ground, by name."""
+        names = ("omega", "P", "Y", *BASES)
+        return {name: self.parameters[name] for name in names if name in self.parameters}
+
+    @property
+    def contact_in_words(self) -> dict[str, float]:
+        """The constants of the contact by name, the stiffness K in place of moduli."""
+        scene, constants = self.scene, dict[str, float]()
+        if scene.law == HERTZ and scene.walls:
+            constants["K"] = self.K
+        for name in scene.contact(self.parameters):
+            if name not in CONTACT:
+                constants[name] = self.parameters[name]
+        return constants
+
+    @property
+    def contact_laws(self) -> tuple[Law, ...]:
+        """The laws of the walls."""
+        return self.scene.laws
+
+    def strokes(self, values: Mapping[str, Any], state: Mapping[str, Any]) -> list[Stroke]:
+        """Return the stroke of the damper, or of a mass between walls, in states.
+
+        `values` are parameters that differ from those of the system.  They and the components of
+        the state are floats or arrays; a missing component is at rest.
+        """
+        scene, parameters = self.scene, {**self.parameters, **values}
+        x1 = r = state.get(scene.components[0], 0.0)
+        if scene.rest is not None:
+            rest = scene.rest(parameters)
+            r = x1 - (state.get("x2", rest) - rest)
+        walls = []
+        for sign, gap in ((1.0, scene.gap_near), (-1.0, scene.gap_far)):
+            if gap is not None:
+                walls.append((sign, gap(parameters)))
+        return [Stroke(r, np.maximum(np.abs(r), np.abs(x1)), walls)]
+
+    def alone(self) -> System:
+        """Return the structure without its damper, under the same force."""
+        scene = SCENES["none"]
+        ratios = ratios_in(scene)
+        values = {name: v for name, v in self.parameters.items() if name in scene.allowed}
+        fixed = {name: v for name, v in self.fixed_ratios.items() if name in ratios}
+        title = "Primary structure alone"
+        return System("none", values, title=title, fixed_ratios=fixed)
+
+    def displacements(
+        self, names: Sequence[str] = (), records: Collection[str] = ("response",)
+    ) -> tuple[str, ...]:
+        """Return no names: the response of a kind is that of its own coordinates."""
+        if len(names):
+            raise RequestError(
+                f"of = {shown(names)}: kind {self.kind!r} names no displacements; its response is "
+                "x1_max, a1_max and others by the symbols of the paper"
+            )
+        return ()
 
     def heading(self) -> str:
         """Return its name and title."""

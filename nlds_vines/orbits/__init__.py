@@ -1,6 +1,8 @@
 """Orbits in Python, one or many.
 
-Modules in reading order: solver_settings, records, responses, starts, compilation,
-signals, spectrum, batch, host_orbits, host_batch, simulation, classification, load_flight,
-host_loads.
+`engine` chooses the kernels of a system, for all that tasks ask of them.
+
+Modules in reading order: engine, simulation, classification, one_orbit, solver_settings, records,
+responses, starts, compilation, signals, spectrum, section_map, kind_engine, batch, load_flight,
+host_engine, host_orbits, host_batch, host_section_map, host_loads.
 """

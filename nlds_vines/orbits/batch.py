@@ -224,12 +224,13 @@ class Kernels:
         layout = layout_of(len(self._wanted.scene.components))
         arguments = outputs.status, outputs.evidence, outputs.by_wall, cells["omega"]
         arrays = evidence_arrays(*arguments, layout)
-        arrays["orbit_point"] = self.user_states(cells, arrays["orbit_point"])
+        arrays["orbit_point"] = user_states(cells, arrays["orbit_point"], self._wanted.scene)
         return arrays
 
-    def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Return states of the kernels (..., 4) of `cells` (...) in the user's coordinates."""
-        return user_states(cells, states, self._wanted.scene)
+    def responses(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets of the response by name; none if it is not recorded."""
+        filled = outputs.buffers.response
+        return {} if filled is None else responses.arrays_of(filled, self._wanted.scene, cells)
 
     def states(
         self, sweeps: np.ndarray, starts: np.ndarray, span: Span

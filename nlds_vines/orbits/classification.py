@@ -6,28 +6,23 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, truth, whole
 from nlds_vines.kernels.cells import cycles
-from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.catalog import any_system
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import AnySystem, any_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
-from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Wanted, parts_of, room_for, unit_norms
+from nlds_vines.orbits.batch import Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.host_batch import kernels_for
-from nlds_vines.orbits.host_orbits import HostOrbits
+from nlds_vines.orbits.engine import engine_for
+from nlds_vines.orbits.one_orbit import IntegrationError
 from nlds_vines.orbits.records import USUAL, noted
-from nlds_vines.orbits.simulation import IntegrationError, refuse_without_room, start_state
-from nlds_vines.orbits.solver_settings import EFFORTS, METHODS, Settings, chosen_settings
-from nlds_vines.orbits.starts import checked_start
+from nlds_vines.orbits.simulation import refuse_without_room
+from nlds_vines.orbits.solver_settings import EFFORTS, chosen_settings
 from nlds_vines.runs.interrupts import stoppable
 
 _KINDS = {code: name for name, code in FLAGS.items()}
@@ -98,7 +93,7 @@ class Regime(Outlined):
         Largest exponent [1/s] before a late settling, and the half width of its interval.
     """
 
-    system: System | HostSystem
+    system: AnySystem
     label: str
     kind: str
     period: int
@@ -198,7 +193,7 @@ class Regime(Outlined):
 
 
 def classify(
-    system: System | HostSystem | str | os.PathLike[str],
+    system: AnySystem | str | os.PathLike[str],
     *,
     start: Sequence[float] | np.ndarray | None = None,
     transient: int = 600,
@@ -262,29 +257,17 @@ def classify(
     truth("quiet", quiet)
     rows = noted(USUAL, before, sampled)
     refuse_without_room(("section",), rows, 1, len(system.scene.components))
-    methods = METHODS[:1] if isinstance(system, HostSystem) else METHODS
-    how = choice("method", method, methods), choice("effort", effort, EFFORTS)
+    engine = engine_for(system)
+    how = choice("method", method, system.scene.methods), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
-    kernels = kernels_for(system, Wanted(system.scene, USUAL, *how, settings), notice(quiet))
-    if isinstance(system, HostSystem):
-        HostOrbits(system).start(start)  # refuses what is inside a rigid wall
-        state = np.zeros(len(system.scene.components))
-        if start is not None:
-            state = checked_start(start, system.scene.components)
-    else:
-        state = start_state(system, system.cell.rest, start)[:4]
-    cells = np.atleast_2d(system.cells())
-    outputs = kernels.run(cells, state[np.newaxis], before, sampled)
+    wanted = Wanted(system.scene, USUAL, *how, settings)
+    runner = engine.runner(wanted, notice(quiet), of=(), helped=True)
+    cells, state = np.atleast_2d(system.cells()), engine.start(start)
+    outputs = runner.run(cells, state[np.newaxis], before, sampled)
     if (code := int(outputs.status[0, 0])) != OK:
         raise IntegrationError.of(system, code)
-    evidence = {name: values[0, 0] for name, values in kernels.verdicts(outputs, cells).items()}
-    E1max, *E2max = outputs.buffers.energy[0, 0].tolist()
-    counts = evidence["impacts_by_wall"].tolist()
-    by_wall: Any = tuple(counts)
-    of_dampers = E2max[0]
-    if isinstance(system, HostSystem):
-        by_wall = dict(zip(system.scene.of_walls, counts, strict=True))
-        of_dampers = np.array(E2max[: len(system.dampers)])
+    evidence = {name: values[0, 0] for name, values in runner.verdicts(outputs, cells).items()}
+    E1max, E2max = engine.energies(outputs.buffers.energy[0, 0])
     periodic, pairs = evidence["periodicity"] > 0, evidence["multipliers"]
     return Regime(
         system=system,
@@ -292,11 +275,11 @@ def classify(
         kind=_KINDS[int(evidence["regime"])],
         period=int(evidence["periodicity"]),
         impacts=int(evidence["impact_count"]),
-        impacts_by_wall=by_wall,
+        impacts_by_wall=engine.counts(evidence["impacts_by_wall"].tolist()),
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
         exponents=evidence["exponents"],
         E1max=E1max,
-        E2max=of_dampers,
+        E2max=E2max,
         point=evidence["orbit_point"] if periodic else None,
         state=evidence["orbit_point"] if periodic else outputs.buffers.section[0, 0, -1].copy(),
         clearance=float(evidence["orbit_clearance"]),
@@ -368,7 +351,7 @@ class LyapunovSpectrum(Outlined):
 
 
 def lyapunov_spectrum(
-    system: System | HostSystem,
+    system: AnySystem,
     start: Sequence[float] | np.ndarray | None,
     periods: int = PERIODS,
     quiet: bool = False,
@@ -392,7 +375,7 @@ def lyapunov_spectrum(
 
 @stoppable
 def _growth(
-    system: System | HostSystem,
+    system: AnySystem,
     start: Sequence[float] | np.ndarray | None,
     periods: int,
     compilation: Compilation,
@@ -403,28 +386,16 @@ def _growth(
     """
     size = len(system.scene.components)
     logs, volume = np.empty((periods, size)), np.empty(periods)
-    if isinstance(system, HostSystem):
-        orbits, norms = HostOrbits(system), np.zeros(size + 1)
-        y, traced = orbits.start(start, True), room_for(1, size, 0, size, orbits.walls.number)
-        traced.numbers[cycles.LOG_DETERMINANT] = np.nan  # which hosts do not have
-        kernel: Any = trace_host
-        of_system: tuple[Any, ...] = (orbits.body, orbits.walls, orbits.contacts())
-        room: tuple[Any, ...] = (traced, norms)
-    else:
-        parts, cell = parts_of("exact", system.scene, Settings()), np.atleast_1d(system.cells())
-        cell = cell.view(np.recarray)
-        y, traced = start_state(system, system.cell.rest, start)[:4], room_for(1, size, 0)
-        norms = unit_norms(cell[0], size)
-        norms[norms == 0.0] = 1.0  # a spring without stiffness has no energy
-        kernel, of_system, room = cycles.trace, (parts, cell, cell[:0], 0.0), (traced,)
-    with compilation.followed({kernel: "branches"}):
+    variations = engine_for(system).variations(start)
+    traced, norms, y = variations.traced, variations.norms, variations.state
+    with compilation.followed({variations.kernel: "branches"}):
         vectors = np.eye(size)  # one row each
         for p in range(periods):
-            status = kernel(*of_system, y, *room)
+            status = variations.step(y)
             if status != OK:
                 raise IntegrationError.of(system, status)
             y, volume[p] = traced.points[0].copy(), traced.numbers[cycles.LOG_DETERMINANT]
-            scaled = traced.matrix * norms[:size, np.newaxis] / norms[:size]
+            scaled = traced.matrix * norms[:, np.newaxis] / norms
             images = (scaled * vectors[:, np.newaxis, :]).sum(axis=2)
             vectors, logs[p] = _orthonormalized(images)
     return logs, volume

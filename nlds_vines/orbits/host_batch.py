@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,15 +14,8 @@ from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, DIVERGED, OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host_system import HostSystem
-from nlds_vines.model.parameters import PHASE
-from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import (
-    COUNTED,
-    METHOD,
-    TURN,
-    Kernels,
-    Outcome,
     Outputs,
     Wanted,
     evidence_arrays,
@@ -39,26 +30,10 @@ from nlds_vines.orbits.host_orbits import (
 )
 from nlds_vines.orbits.records import JUDGED
 from nlds_vines.orbits.responses import OF_ROWS
-from nlds_vines.orbits.solver_settings import TOLERANCE, Settings
-from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Tell
 
 MOST_AT_ONCE = 4  # sweeps that a thread takes at a time: one may take longer than all others
-
-
-def kernels_for(
-    system: System | HostSystem,
-    wanted: Wanted,
-    tell: Tell | None = None,
-    *,
-    of: tuple[str, ...] = (),
-    helped: bool = True,
-) -> Kernels | HostKernels:
-    """Return the kernels for orbits of a kind, or of a host with its displacements `of`."""
-    if isinstance(system, HostSystem):
-        return HostKernels(system, wanted, tell, of)
-    return Kernels(wanted, tell, helped=helped)
 
 
 class HostKernels:
@@ -97,9 +72,13 @@ class HostKernels:
         arrays["orbit_point"] = orbits.states(arrays["orbit_point"])
         return arrays
 
-    def user_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """Return starts, which are in the user's coordinates."""
-        return states
+    def responses(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets (sweeps, cells, displacements) of the response by name."""
+        filled = outputs.buffers.response
+        if filled is None:
+            return {}
+        entries = responses.quantities_of(self._wanted.scene)
+        return {entry.name: entry.from_buffer(filled) for entry in entries}
 
     def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the section (sweeps, cells, periods, components) without a verdict."""
@@ -169,94 +148,6 @@ class HostKernels:
         return code, orbits.states(state)
 
 
-class Batch:
-    """Runs the designs of a tuning of a kind or a host for an objective of `responses`."""
-
-    def __init__(
-        self,
-        system: System | HostSystem,
-        objective: str = "E1max",
-        tolerance: float = TOLERANCE,
-        tell: Tell | None = None,
-    ) -> None:
-        self._system = system
-        row, _, self._objective = objective.rpartition(".")
-        response = () if objective in responses.ENERGIES else ("response",)
-        settings = Settings.of(METHOD, tolerance)
-        wanted = Wanted(system.scene, ("energy", COUNTED, *response), METHOD, "quick", settings)
-        of = (row,) if row else ()
-        self._kernels = kernels_for(system, wanted, tell, of=of, helped=False)
-
-    def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
-        """Run one orbit for each of the cells (...) from `starts` (..., components)."""
-        shape, sweeps = cells.shape, np.ascontiguousarray(cells.reshape(-1, 1))
-        outputs = self._kernels.run(sweeps, starts.reshape(cells.size, -1), transient, periods)
-        energy, response, violation = (
-            getattr(outputs.buffers, name) for name in ("energy", "response", "violation")
-        )
-        E2max = energy[..., 1:].max(axis=-1)  # of all dampers
-        values = {"E1max": energy[..., 0], "E2max": E2max}
-        if response is not None and isinstance(self._system, HostSystem):
-            values |= dict(zip(OF_ROWS, np.moveaxis(response[:, :, 0], -1, 0), strict=True))
-        elif response is not None:
-            values |= responses.arrays_of(response, self._system.scene, sweeps)
-        objective = values[self._objective]
-        objective = objective if objective.ndim == 2 else objective.max(axis=-1)
-        broken = np.zeros(shape) if violation is None else violation[..., 2].reshape(shape)
-        rate = outputs.by_wall.sum(axis=-1).reshape(shape) / periods
-        return Outcome(
-            objective.reshape(shape), E2max.reshape(shape), outputs.status.reshape(shape), broken,
-            rate if self._system.scene.walls else None,
-        )  # fmt: skip
-
-    def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
-        """Return starts (..., draws, components) of the cells (...), of draws from [-1, 1)."""
-        if not isinstance(self._system, HostSystem):
-            return random_states(cells, draws, self._system.scene)
-        states = [
-            [HostOrbits(in_cell(self._system, cell)).random_state(draw) for draw in draws]
-            for cell in cells.ravel()
-        ]
-        return np.reshape(states, (*cells.shape, *draws.shape))
-
-
 def in_cell(system: HostSystem, cell: Any) -> HostSystem:
     """Return the system of a cell of `HostSystem.cells`."""
     return system.with_values(cell.dtype.names, cell.tolist())
-
-
-def host_starts(
-    system: Any,
-    cells: np.ndarray,
-    start: Start,
-    lanes: np.ndarray,
-    initial: Mapping[str, np.ndarray] = MappingProxyType({}),
-    tolerance: float = TOLERANCE,
-) -> np.ndarray:
-    """Return the starts (n, components) of the orbits `lanes` (n,) in the `cells` (n,).
-
-    `initial` are components and the phase that axes set, (n,) each.  An orbit that begins at
-    another phase is followed to the next section; it is NaN if it fails before.
-    """
-    names = system.scene.components
-    if start.policy == "random":
-        draws = start_states(start, len(names))[lanes]
-        in_cells = (HostOrbits(in_cell(system, cell)) for cell in cells)
-        pairs = zip(in_cells, draws, strict=True)
-        return np.array([orbits.random_state(draw) for orbits, draw in pairs])
-    states = np.tile(np.array(start.state or np.zeros(len(names))), (len(cells), 1))
-    for name in initial.keys() - {PHASE}:
-        states[:, names.index(name)] = initial[name]
-    begun = initial.get(PHASE, np.full(len(cells), start.phase)) / TURN
-    for i in np.flatnonzero((begun > 0.0) & (begun < 1.0)):
-        try:
-            orbits = HostOrbits(in_cell(system, cells[i]), tolerance)
-        except RequestError:  # the orbit fails, too
-            continue
-        turns = 1.0 - float(begun[i])
-        period = turns * orbits.body.period
-        orbits.body = orbits.body._replace(begun=float(begun[i]), turns=turns, period=period)
-        state = orbits.start(states[i], is_put_on_walls=True)
-        code, *_ = orbits.follow(state, Span(0, 1, 1))
-        states[i] = orbits.states(state) if code == OK else np.nan
-    return states

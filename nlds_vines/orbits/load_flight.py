@@ -23,7 +23,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.batch import parts_of
 from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.simulation import room_for_impacts
+from nlds_vines.orbits.kind_engine import room_for_impacts
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.progress import Tell
 

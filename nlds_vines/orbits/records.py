@@ -18,18 +18,15 @@ from nlds_vines.kernels.scene.codes import (
     TOO_STIFF,
 )
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
-from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene
+from nlds_vines.model.scenes import LONGEST_NAME, Scene
 
 WANTS = RECORDS  # the words that `[record] want` accepts
 
 # the default of `want`; `classify` and start orbits record the same and share its compiled kernels
 USUAL = ("section", "impacts", "energy", "regime")
 
-# the words of scans of hosts
-OF_HOSTS = (
-    "section", "impacts", "speeds", "impact_section", "energy", "response", "regime", "lyapunov",
-    "settling", "evidence", "attractor",
-)  # fmt: skip
+# the records of one orbit, by `simulate`
+SIMULATED = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 
 ATTRACTOR = "attractor"  # the word for which orbits stop when their attractor is recognized
 
@@ -53,8 +50,7 @@ def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
     missing = {*RECORDS}.difference(
         *(entry.record[:1] for entry in QUANTITIES if entry.has(scene))
     )  # records of `simulate` alone are not in RECORDS
-    if scene.kind == HOST:
-        missing |= {*RECORDS} - {*OF_HOSTS}
+    missing |= {*scene.unrecorded}
     return tuple(word for word in want if word not in missing)
 
 

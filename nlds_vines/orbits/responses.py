@@ -16,7 +16,7 @@ from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import alone, foot_amplitude
 from nlds_vines.model.parameters import Law
 from nlds_vines.model.quantities import Quantity, stored_in
-from nlds_vines.model.scenes import HOST, Scene, Values
+from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.system import System
 
 # distance from a rigid stop, relative to the stop's, within which a displacement is at it
@@ -60,8 +60,6 @@ def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, 
 
     A reduction is 1 - q / (q of the structure alone), NaN if the latter is 0.
     """
-    if scene.kind == HOST:  # (..., displacements, columns)
-        return {entry.name: entry.from_buffer(filled) for entry in quantities_of(scene)}
     arrays: dict[str, np.ndarray] = {}
     reference = alone(cells) if scene.damper else {}
     for entry in quantities_of(scene):

@@ -10,8 +10,8 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, number, shown
 from nlds_vines.model.axis import real_array
-from nlds_vines.model.parameters import INITIAL, LAWS, PHASE, SIDES
-from nlds_vines.model.scenes import HOST, Scene, Values
+from nlds_vines.model.parameters import INITIAL, PHASE
+from nlds_vines.model.scenes import Scene, Values
 from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")  # and `STATE`
@@ -30,6 +30,7 @@ STRUCTURE_SPREAD, DAMPER_SPREAD = 5.0, 15.0
 # depth inside a wall up to which a start counts as on it, relative to displacements: r is a
 # difference of x1 and x2, whose round-off may exceed that of a small gap
 ROUND_OFF = 1e-12
+LEAST_AMPLITUDE = 1e-6  # relative to the unit of length; below it, amplitudes are not resolved
 FALLBACK_LENGTH = 0.01  # unit of length [m] if no parameter of the system gives one
 
 
@@ -153,38 +154,17 @@ def starts_inside(
     of the state are floats or arrays that broadcast to `shape`, the shape of the starts.  A missing
     component is at rest.
     """
-    scene, strokes, zero = system.scene, list[tuple[Any, Any, list[Any]]](), np.zeros(())
-    # of each damper: r, the size of the terms of r, and direction and gap of its walls
-    if scene.kind == HOST:
-        places = [state.get(name, 0.0) for name in scene.components[::2]]
-        for damper, row in zip(system.dampers, system.rows(), strict=True):
-            terms = [weight * place for weight, place in zip(row, places, strict=True)]
-            walls = []
-            for wall in damper.walls:
-                gap = values.get(f"{damper.name}.gap", wall.gap)
-                gap = values.get(f"{damper.name}.gap{wall.side}", gap)
-                walls.append((SIDES[wall.side], gap))
-            strokes.append((sum(terms, zero), sum(map(np.abs, terms), zero), walls))
-        laws = [LAWS[wall.law] for damper in system.dampers for wall in damper.walls]
-    else:
-        parameters, laws = {**system.parameters, **values}, scene.laws
-        rest = scene.rest(parameters) if scene.rest is not None else 0.0
-        x1 = r = state.get(scene.components[0], 0.0)
-        if scene.damper:
-            r = x1 - (state.get("x2", rest) - rest)
-        gaps = ((1.0, scene.gap_near), (-1.0, scene.gap_far))
-        walls = [(sign, gap(parameters)) for sign, gap in gaps if gap is not None]
-        strokes.append((r, np.maximum(np.abs(r), np.abs(x1)), walls))
-    depth, scale = np.full(shape, -np.inf), zero
-    for r, size, walls in strokes:
-        scale = np.maximum(scale, size)
-        for sign, gap in walls:
-            depth = np.maximum(depth, sign * r - gap)
+    depth, scale = np.full(shape, -np.inf), np.zeros(())
+    for stroke in system.strokes(values, state):
+        scale = np.maximum(scale, stroke.terms)
+        for sign, gap in stroke.walls:
+            depth = np.maximum(depth, sign * stroke.r - gap)
     inside = depth > ROUND_OFF * scale
     if not inside.any():
         return []
     most = f"{1e3 * float(depth.max()):.4g} mm deep at most"
-    moved = " and put on it" if all(law.instant for law in laws) else ""
+    is_rigid = all(law.instant for law in system.contact_laws)
+    moved = " and put on it" if is_rigid else ""
     count = np.count_nonzero(inside)
     verb = "is" if count == 1 else "are"
     return [f"{count} of {depth.size} starts {verb} inside a wall{moved}, {most}"]

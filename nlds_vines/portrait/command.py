@@ -173,7 +173,7 @@ class Job(commands.Job):
     def carry_out(self, name: str, dry_run: bool) -> int:
         if dry_run:
             return super().carry_out(name, dry_run)
-        from nlds_vines.orbits.simulation import IntegrationError
+        from nlds_vines.orbits.one_orbit import IntegrationError
 
         try:
             return super().carry_out(name, dry_run)

@@ -14,8 +14,9 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
+from nlds_vines.orbits.one_orbit import Orbit
 from nlds_vines.orbits.signals import signal_of
-from nlds_vines.orbits.simulation import Orbit, simulate
+from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.result import View, contents, no_impacts

@@ -20,9 +20,7 @@ from nlds_vines.cli.options import SET, SYSTEM, Option
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, at, from_text, number, whole
 from nlds_vines.model.catalog import AnySystem, any_system
-from nlds_vines.model.host_system import HostSystem
-from nlds_vines.model.parameters import CONTACT, FORCE, GROUND, HERTZ, setting_in_words
-from nlds_vines.model.scenes import BASES
+from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import system_in_words
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
@@ -164,19 +162,12 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
         system = system.with_(**changes.pop("set", {}))
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
     count = whole("count", start["count"], 1)
-    p = system.parameters
-    shown = {name: p[name] for name in ("omega", "P", "Y", *BASES, GROUND) if name in p}
-    if isinstance(system, HostSystem):
-        shown |= {name: P for name, P in p.items() if name.startswith(f"{FORCE}.")}
-    else:
-        if system.scene.law == HERTZ and system.scene.walls:
-            shown["K"] = system.K
-        shown |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
+    shown = {**system.drive, **system.contact_in_words}
     words = [system_in_words(system), *(setting_in_words(*item) for item in shown.items())]
     document = {
         "title": f"{', '.join(words)}: {count} starts",
         "system": system,
-        "vary": {"omega": {"values": [p["omega"]]}},
+        "vary": {"omega": {"values": [system.parameters["omega"]]}},
         "sampling": _SAMPLING,
         "record": {"want": list(_WANT)},
     }

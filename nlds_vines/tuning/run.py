@@ -20,11 +20,11 @@ from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
 from nlds_vines.orbits.batch import Outcome
-from nlds_vines.orbits.host_batch import Batch
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.store import Blocks, Write
+from nlds_vines.tuning.batch_of_designs import Batch
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of, units_of, values_of
 from nlds_vines.tuning.request import STARTS, Search, Tuning, check_installed
 from nlds_vines.tuning.result import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import System, load_system, simulate
-from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import user_states
 

@@ -10,9 +10,9 @@ from scipy.linalg import expm
 
 from nlds_vines import System, continue_branch, load_system
 from nlds_vines.continuation.arclength import Point
-from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curves import augmented
 from nlds_vines.model.linear_response import flow_matrix
+from nlds_vines.orbits.section_map import Cycle, SectionMap
 from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")

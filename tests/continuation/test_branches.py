@@ -6,7 +6,7 @@ from test_closed_forms import located
 
 from benchmarks.boundary_values import Motion, doubling_by_shooting
 from nlds_vines import System, classify, continue_branch, load_system, simulate
-from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.orbits.solver_settings import Settings
 from paper.linear import response
 

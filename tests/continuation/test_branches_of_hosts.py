@@ -6,8 +6,8 @@ from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.continuation import run
-from nlds_vines.continuation.host_section_map import HostSectionMap
-from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.orbits.host_section_map import HostSectionMap
+from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels

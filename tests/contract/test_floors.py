@@ -162,7 +162,7 @@ def test_each_library_has_its_home():
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.archive"}
     assert who_imports("distributed") == {"bifurcation.cluster"}
-    types = {"orbits.simulation", "bifurcation.result", "loads.response_spectrum"}
+    types = {"orbits.one_orbit", "bifurcation.result", "loads.response_spectrum"}
     types |= {"plotting.drawable", "upkeep.plot"}  # only the type of a figure
     importers = who_imports("matplotlib") - types
     homes = ("plotting.", "bifurcation.picture.", "portrait.")

@@ -142,7 +142,7 @@ def test_an_orbit_of_a_host_plots_itself():
         ({"panels": ["phase"]}, "phase cannot be filled"),
         ({"signal": ["c.force"]}, "signal 'c.force': unknown damper 'c'"),
         ({"signal": ["roof.y"]}, "signal 'roof.y': unknown quantity 'y'"),
-        ({"method": "rk4"}, "unknown method of a host 'rk4'"),
+        ({"method": "rk4"}, "unknown method 'rk4'"),
         ({"start": [0.0]}, "allowed: rest, or floor1"),
     ],
 )

@@ -5,9 +5,9 @@ import pytest
 from support import references, system_of
 
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.host_batch import Batch
 from nlds_vines.orbits.records import OK
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.tuning.batch_of_designs import Batch
 from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels

@@ -19,7 +19,6 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.model.quantities import COORDINATES, MAPS, STRUCTURE, drawn_in, stored_in
-from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.solver_settings import most_watched
@@ -165,9 +164,9 @@ def group(word: str, drawn: Mapping[str, Quantity]) -> list[str]:
 
 
 def usual_places(view: ArchiveView, drawn: Mapping[str, Quantity]) -> list[str]:
-    """Return the displacements of a usual diagram; of a host, a damper and what it hangs on."""
+    """Return the displacements of a usual diagram: of many, a damper and what it hangs on."""
     places = group("displacement", drawn)
-    if view.attrs.get("kind") != HOST:
+    if len(places) <= 2:
         return places
     dampers = [name for name in places[::-1] if f"{name}.attached_to" in view.attrs]
     first = dampers[:1] or places[:1]

@@ -23,8 +23,8 @@ from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.choices import SECTION, Quantity, Slice
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS, final
+from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import BELOW, BY_NAME, CURVES, ERROR, TOUCHED, drawn_in, scale_of
-from nlds_vines.model.scenes import HOST
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic, one_regime, spread
 from nlds_vines.plotting.chosen_panels import several_panels
@@ -265,11 +265,10 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
         handles = [Line2D([], [], color=look.color, label=look.name, **dot) for look in looks]
         if any(_tells_walls(cuts[0], name) for name in rows):
             names = [name.replace("_", " ") for name in cuts[0].view.flags(_WALL).values()]
-            at = "wall" if cuts[0].view.attrs.get("kind") == HOST else "at the"
-            pairs = zip(names, _wall_colors(cuts[0]), strict=True)
-            handles += [
-                Line2D([], [], color=hue, label=f"{at} {name}", **dot) for name, hue in pairs
-            ]
+            for name, hue in zip(names, _wall_colors(cuts[0]), strict=True):
+                is_side = name[-1] in SIDES  # of a damper, as "cell+"
+                label = f"wall {name}" if is_side else f"at the {name}"
+                handles.append(Line2D([], [], color=hue, label=label, **dot))
     if any(cut.violated().any() for cut in cuts):
         text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
         handles.append(Patch(hatch=palette.PASSED, label=text, **_HATCH))

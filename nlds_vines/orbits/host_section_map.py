@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nlds_vines.continuation.section_map import WEIGHTS, Cycle, SectionMap, bordered
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host
@@ -19,6 +18,7 @@ from nlds_vines.model.labels import name_of
 from nlds_vines.orbits.batch import room_for
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, rows_of
+from nlds_vines.orbits.section_map import WEIGHTS, Cycle, SectionMap, bordered
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs.progress import Tell
 

@@ -6,7 +6,7 @@ import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -84,6 +84,22 @@ class Cycle(Outlined):
     @property
     def unstable(self) -> int:  # the number of multipliers outside the unit circle
         return sum(abs(mu) > 1.0 for mu in self.multipliers.tolist())
+
+
+class Variations(NamedTuple):
+    """What follows an orbit and its variations from section to section."""
+
+    kernel: Any  # the compiled function
+    arguments: tuple[Any, ...]  # before the state
+    state: np.ndarray  # where the orbit begins
+    traced: cycles.Traced  # the results of a period
+    others: tuple[Any, ...]  # arguments behind these results
+    norms: np.ndarray  # (components,) energy norms of unit states
+
+    def step(self, state: np.ndarray) -> int:
+        """Follow a period from a state and return the status; `traced` has the results."""
+        status: int = self.kernel(*self.arguments, state, self.traced, *self.others)
+        return status
 
 
 class SectionMap:

@@ -201,7 +201,7 @@ def expand(body, walls, contacts, drive, unit, y):
 # the step, so that the polynomial through Chebyshev's places errs by less than 1e-10 of the largest
 # value.
 
-SMOOTH = 1.0e-12  # error at the end of a step of a series that holds, relative to the force
+SERIES_HOLDS = 1.0e-12  # error at the end of a step of a series that holds, relative to the force
 
 
 @jit
@@ -219,7 +219,7 @@ def smooth_forces(body, walls, contacts, x):
             q, s = q_and_s(k, x * PLACES[i])
             values[i] = push * look(walls, wall, q, s, 0.0, body.omega).force
         off = at_theta(k, SERIES + FORCE, COLUMNS, x) - values[1]
-        if abs(off) <= SMOOTH * max(values[0], values[1]) or not x > 0.0:
+        if abs(off) <= SERIES_HOLDS * max(values[0], values[1]) or not x > 0.0:
             continue
         for i in range(2, HIGHEST + 1):
             q, s = q_and_s(k, x * PLACES[i])

@@ -20,7 +20,7 @@ from ..watch.touch import AT_R, LOST, NOWHERE, first_touch, nearest_miss, tighte
 from .body import along, move
 from .grid import BLOCK, TERMS_OF_R
 
-SHORTEST_PIECE = 2.0**-40  # of a cell, in which a touch is searched
+SHORTEST_SEARCH = 2.0**-40  # of a cell, in which a touch is searched
 
 
 class Scratch(NamedTuple):
@@ -187,7 +187,7 @@ def touch_at(sign, level, end, table):
     place, begun, length = first_touch(table, 0.0, end, sign, level, bend, jerk), 0.0, 1.0
     while place == LOST or begun > 0.0 or length < 1.0:
         if place == LOST:
-            if not length > SHORTEST_PIECE:
+            if not length > SHORTEST_SEARCH:
                 return LOST
             length *= 0.5
             stretch(table, 0.5)

@@ -316,7 +316,8 @@ def first_rise(body, walls, contacts, wall, x, table):
     place = touch_in(walls, wall, 1.0, table)
     if walls.law[wall] == IS_RIGID or not 0.0 <= place <= 1.0:
         return x * place, 0.0
-    size, width, at, s = body.size, width_of(body), walls.links[wall] * body.size, 0.0
+    size, width, at = body.size, width_of(body), walls.links[wall] * body.size
+    s = 0.0
     for i in range(size):
         s += sign * body.rows[at + i] * at_theta(S, size + i, width, x * place)
     external = largest_push(body, walls, contacts, x)
@@ -543,7 +544,8 @@ def strike(host, varied, wall, time, drive, y):
                 if is_struck:
                     begin(host, varied, other, time, y)
                 else:
-                    contacts.rows[other], active[0] = -1, active[0] + 1
+                    contacts.rows[other] = -1
+                    active[0] += 1
                     active[active[0]] = other
     compress(host, drive, y)
     for c in range(active[0]):
@@ -665,6 +667,16 @@ def turn_away(body, walls, wall, y):
     excess = walls.signs[wall] * s + 4.0e-16 * scale
     if excess > 0.0:
         push_link(body, link, walls.signs[wall] * excess / walls.inverse[wall], y, size)
+
+
+@jit
+def is_noted(contacts, impacts, watch):
+    """Return True if records take the forces of a step."""
+    takes = watch is not None and watch.is_on[0] > 0.0
+    for c in range(contacts.active[0]):
+        row = contacts.rows[contacts.active[1 + c]]
+        takes = takes or 0 <= row < impacts.room
+    return takes
 
 
 @jit
@@ -794,8 +806,8 @@ def first_event(body, walls, contacts, h, table):
                 return x, event, place, depth
             if x < h or (x == h and place == 0):
                 h, event, place, depth = x, TOUCHED, wall, deep
-    smooth_forces(body, walls, contacts, h)
     if is_held:
+        smooth_forces(body, walls, contacts, h)
         for c in range(active[0]):
             wall = active[1 + c]
             if walls.law[wall] != IS_RIGID:
@@ -900,6 +912,8 @@ def step_contacts(host, varied, watch, begun, y):
             if not doubt > contacts.tolerance or attempt > MOST_REPEATS:
                 break
             h *= max(0.3, 0.9 * exp(log(contacts.tolerance / doubt) / HIGHEST))
+        if varied is not None or is_noted(contacts, impacts, watch):
+            smooth_forces(body, walls, contacts, h)
         note_step(walls, contacts, impacts, h, table)
         if watch is not None:
             note_series(body, watch, S, (width, first + OF_DRIVE, first + OF_TOTAL, unit), h)

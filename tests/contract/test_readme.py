@@ -7,6 +7,7 @@ import contextlib
 import io
 import json
 import re
+import subprocess
 import shlex
 import shutil
 import sys
@@ -50,7 +51,7 @@ def loaded(path):
     return module
 
 
-gate = loaded(ROOT / ".ci" / "run")
+gate = loaded(ROOT / ".ci" / "gate.py")
 walk = loaded(ROOT / ".ci" / "walk.py")
 reference = loaded(DOCS / "site" / "reference.py")
 kinds = loaded(DOCS / "site" / "kinds.py")
@@ -248,6 +249,12 @@ def test_all_of_python_is_told_with_its_docstrings():
     for name in set(nlds_vines.__all__) - {"__version__"}:
         assert re.search(rf"`(nv\.)?{name}\b", text), name
         assert re.search(rf"^\.\. auto\w+:: nlds_vines[\w.]*\.{name}$", text, re.M), name
+
+
+def test_the_gate_is_begun_by_bash():
+    """As `bash .ci/run`, too, whatever its first line says."""
+    subprocess.run(["bash", "-n", ROOT / ".ci" / "run"], check=True)
+    assert "gate.py" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
 
 
 def test_the_gate_walks_the_readme_and_the_tutorial():

@@ -7,9 +7,9 @@ import contextlib
 import io
 import json
 import re
-import subprocess
 import shlex
 import shutil
+import subprocess
 import sys
 import tomllib
 from importlib import import_module

@@ -610,7 +610,9 @@ def load_tuning(
         of_load = tuple(axis for axis in axes if history is not None and is_of_load(axis.name))
         others = tuple(axis for axis in axes if axis not in of_load)
         changing = [one.name for one in free]
-        changing += [n for one in uncertain if history is None or not is_of_load(n := one.name)]
+        for one in uncertain:
+            if history is None or not is_of_load(one.name):
+                changing.append(one.name)
         names = meant_by(system.scene, [*changing, *(axis.name for axis in others)])
         names += system.following(names)
         over = (*axes_of_parameters(others, system.scene, system.parameters, names), *of_load)

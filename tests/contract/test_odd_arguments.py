@@ -10,7 +10,7 @@ import pytest
 from made_up import make_scan, write
 
 import nlds_vines as nv
-from nlds_vines.orbits import classification, simulation
+from nlds_vines.orbits import host_engine, kind_engine, simulation
 from nlds_vines.portrait import run as portrait_run
 from nlds_vines.runs.store import Blocks
 
@@ -75,9 +75,10 @@ def nothing_is_computed(here, monkeypatch):
         run = stop
 
     monkeypatch.setattr(Blocks, "carry_out", stop)
-    monkeypatch.setattr(simulation.Beginning, "_run", stop)
-    monkeypatch.setattr(simulation, "follow_host", stop)
-    monkeypatch.setattr(classification, "kernels_for", lambda *_: Kernels())
+    monkeypatch.setattr(kind_engine.Beginning, "_run", stop)
+    monkeypatch.setattr(host_engine, "follow_host", stop)
+    for engine in (kind_engine.KindEngine, host_engine.HostEngine):
+        monkeypatch.setattr(engine, "runner", lambda *_, **__: Kernels())
     monkeypatch.setattr(portrait_run, "followed", stop)
 
 

@@ -268,10 +268,13 @@ def test_hosts_with_all_pairs_of_laws_move_as_by_scipy(seeds):
     touched = 0
     for seed in seeds:
         system = paired_system(seed)
-        orbit = nv.simulate(system, 3, tolerance=1e-12, quiet=True)
-        other = nv.simulate(system, 3, tolerance=1e-9, quiet=True)
-        state, (_, speeds) = by_scipy(system, 3, rtol=1e-13)
-        coarse, _ = by_scipy(system, 3, rtol=1e-11)
+        # at rest in a gap of zero, the events of SciPy are round-off
+        start = np.zeros(len(system.scene.components))
+        start[1::2] = 0.05 * np.random.default_rng([seed, 4]).normal(size=len(start) // 2)
+        orbit = nv.simulate(system, 3, start=start, tolerance=1e-12, quiet=True)
+        other = nv.simulate(system, 3, start=start, tolerance=1e-9, quiet=True)
+        state, (_, speeds) = by_scipy(system, 3, 1e-13, start)
+        coarse, _ = by_scipy(system, 3, 1e-11, start)
         touched += np.count_nonzero(speeds > 1e-4 * speeds.max(initial=0.0))
         scale = np.abs(state).max()
         spread = 100 * np.abs(orbit.state - other.state).max() + 3 * np.abs(coarse - state).max()

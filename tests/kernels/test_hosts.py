@@ -201,6 +201,7 @@ def by_scipy(system, periods, rtol=1e-12, start=None):
 
     y = np.zeros(2 * size) if start is None else np.concatenate([start[::2], start[1::2]])
     t, touches, end, stop = 0.0, [], periods * system.period, math.inf
+    events_left = 20000
     resting = [i for i in number if is_rigid[i] and sides[i] @ y[:size] == gaps[i]]
     resting = [i for i in resting if sides[i] @ y[size:] == 0]
     if resting:
@@ -214,6 +215,8 @@ def by_scipy(system, periods, rtol=1e-12, start=None):
         t, y, stop = piece.t[-1], piece.y[:, -1], math.inf
         if piece.status != 1:
             continue
+        events_left -= 1
+        assert events_left > 0, "SciPy goes astray"
         met = next(i for i, times in enumerate(piece.t_events) if len(times))
         if met >= len(walls):
             pushes[met - len(walls)] ^= True

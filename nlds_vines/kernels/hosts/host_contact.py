@@ -75,7 +75,6 @@ from .walls import (
     hold,
     interpolate,
     is_rough,
-    least_accelerations,
     least_rates,
     look,
     outward_at,
@@ -589,16 +588,15 @@ def compress(host, drive, y):
     for i in range(size):
         work[size + i], work[2 * size + i] = y[size + i], y[size + i]
     least_rates(body, walls, contacts, y, size)
-    press(body, walls, contacts, contacts.least, size, work)
+    press(body, walls, contacts, 1.0, size, work)
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
             contacts.compressed[wall] = contacts.forces[wall] * contacts.pushes[wall]
     for i in range(size):
         y[size + i] = work[size + i]
-    least_accelerations(body, walls, contacts, drive, y, work)
     push_soft(body, walls, contacts, drive, y, work)
-    press(body, walls, contacts, contacts.least, 0, work)
+    press(body, walls, contacts, 0.0, 0, work)
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
@@ -610,10 +608,9 @@ def compress(host, drive, y):
 
 @jit
 def expand_impulses(host, y):
-    """Apply an impact's impulses to the velocities, and fill `expanded`."""
+    """Apply an impact's impulses to the velocities, and fill `expanded`; after `compress`."""
     body, walls, contacts, size = host.body, host.walls, host.contacts, host.body.size
     active, enters = contacts.active, False
-    least_rates(body, walls, contacts, y, size)
     for c in range(active[0]):
         contacts.expanded[active[1 + c]] = 0.0
     apply_impulses(body, walls, contacts, size, y)
@@ -623,7 +620,7 @@ def expand_impulses(host, y):
             rate = outward_at(body, walls, wall, y, size)
             enters = enters or rate > contacts.least[wall]
     if enters:
-        press(body, walls, contacts, contacts.least, size, y)
+        press(body, walls, contacts, 1.0, size, y)
         for c in range(active[0]):
             wall = active[1 + c]
             if walls.law[wall] == IS_RIGID:

@@ -413,12 +413,12 @@ def push_held(body, walls, contacts, most, at, out):
 
 
 @jit
-def press(body, walls, contacts, least, at, out):
+def press(body, walls, contacts, slack, at, out):
     """Add the forces of rigid walls in contact, none of which pulls, to out[at : at + size].
 
     They solve the complementarity problem: each force is >= 0, each rate of a depth is <= 0, and of
-    the two one is 0. `pushes` becomes 0 of a wall without force. least: (walls,) rates of depths
-    [m/s^2 or m/s] that are round-off.
+    the two one is 0. `pushes` becomes 0 of a wall without force. slack: share of `least` by which
+    walls may pull.
 
     If all walls push as equations demand, these are the forces. Otherwise the problem is solved as
     least squares with bounds by the method of Lawson and Hanson (Solving Least Squares Problems,
@@ -428,6 +428,7 @@ def press(body, walls, contacts, least, at, out):
     the largest rates push first.
     """
     active, forces, pushes = contacts.active, contacts.forces, contacts.pushes
+    least = contacts.least
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
@@ -440,7 +441,7 @@ def press(body, walls, contacts, least, at, out):
     for c in range(active[0]):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
-            fits = fits and contacts.matrix[count, -1] * walls.inverse[wall] >= -least[wall]
+            fits = fits and contacts.matrix[count, -1] * walls.inverse[wall] >= -slack * least[wall]
             count += 1
     if fits:
         push_held(body, walls, contacts, 1.0, at, out)
@@ -456,7 +457,7 @@ def press(body, walls, contacts, least, at, out):
             if walls.law[wall] == IS_RIGID and pushes[wall] == 0.0:
                 rate = outward_at(body, walls, wall, out, at)
                 rate -= pushed_out(body, walls, contacts, wall)
-                if rate > max(worst, FIRM * least[wall]):
+                if rate > max(worst, slack * FIRM * least[wall]):
                     worst, place = rate, wall
         if place < 0:
             break
@@ -613,4 +614,4 @@ def press_now(body, walls, contacts, drive, y, work):
     """
     least_accelerations(body, walls, contacts, drive, y, work)
     push_soft(body, walls, contacts, drive, y, work)
-    press(body, walls, contacts, contacts.least, 0, work)
+    press(body, walls, contacts, 1.0, 0, work)

@@ -225,8 +225,8 @@ class Damper:
             raise RequestError(f"{stated[0]} needs a mass m, which is missing")
         for key in stated:
             DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
-        of_k = ["k"] * (self.k != 0) + [key for key in stated if key != "zeta"]
-        of_c = ["c"] * (self.c != 0) + [key for key in stated if key == "zeta"]
+        of_k = (["k"] if self.k != 0 else []) + [key for key in stated if key != "zeta"]
+        of_c = (["c"] if self.c != 0 else []) + [key for key in stated if key == "zeta"]
         for beside in (of_k, of_c):
             if len(beside) > 1:
                 raise RequestError(f"{beside[0]} beside {beside[1]}: give one of them")

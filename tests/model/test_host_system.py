@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import is_of_load
 from nlds_vines.model.parameters import DESCRIBED
 
@@ -214,3 +215,10 @@ def of(*dampers, host=FRAME, **load):
 )  # fmt: skip
 def test_wrong_systems_are_refused_in_one_line(call, message, error_of):
     assert re.search(message, error_of(call))
+
+
+def test_numbers_of_numpy_are_stiffnesses_and_damping():
+    damper = nv.Damper("cell", "x", m=np.float64(2.0), k=np.float64(8.0), c=np.float64(0.4))
+    assert (damper.k, damper.c) == (8.0, 0.4)
+    with pytest.raises(RequestError, match="k beside f: give one of them"):
+        nv.Damper("cell", "x", m=2.0, k=np.float64(8.0), f=1.0)

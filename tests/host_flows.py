@@ -62,7 +62,7 @@ class HostMap:
         sections, tangent = np.zeros((periods, N)), np.eye(N).ravel() if varied else np.zeros(0)
         counts = np.zeros(walls, np.int64)
         filled, one = np.zeros(1, np.int64), np.full(1, np.inf)
-        impacts = Impacts(np.zeros(0), filled, 0, np.zeros(walls, np.int64), one)
+        impacts = Impacts(np.zeros(0), filled, 0, np.zeros(walls, np.int64), one, np.zeros(walls))
         status, state, trace, clearance, slowest = follow_flow(
             self.orbits.body, self.orbits.walls, self.orbits.contacts(), impacts, y.copy(),
             sections, tangent, counts,

@@ -5,6 +5,7 @@ A scan is drawn as curves over one axis, one for each damper, or as one map for 
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -317,21 +318,25 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
 
 
 def _peaks(axes: Axes, histories: ResponseHistories) -> None:
-    """Draw a group of bars for each quantity of the comparison, relative to its first bar."""
+    """Draw a group of bars for each quantity of the comparison, relative to its first bar.
+
+    An infinite value has no bar, but its number.
+    """
     peaks = histories.comparison()
     names = list(dict.fromkeys(peak.quantity for peak in peaks))
     looks = {system.name: look for system, look in _looks(histories.request)}
     height = 0.8 / len(looks)
     for group, name in enumerate(names):
         one = [peak for peak in peaks if peak.quantity == name]
-        base = next((peak.value for peak in one if peak.value > 0.0), 1.0)
+        base = next((peak.value for peak in one if 0.0 < peak.value < math.inf), 1.0)
         for peak in one:
             place = group + height * ([*looks].index(peak.damper) - 0.5 * (len(looks) - 1))
             look = looks[peak.damper]
-            axes.barh(place, peak.value / base, height, color=look["color"], label=look["label"])
+            length = peak.value / base if peak.value < math.inf else 0.0
+            axes.barh(place, length, height, color=look["color"], label=look["label"])
             look["label"] = None
             text = f" {peak.value:.3g} {raised(peak.unit)}"
-            axes.annotate(text, (peak.value / base, place), va="center", fontsize=7)
+            axes.annotate(text, (length, place), va="center", fontsize=7)
     labels = [textwrap.fill(of_load(name).label, _NAME) for name in names]
     axes.set_yticks(range(len(names)), labels)
     axes.invert_yaxis()

@@ -125,11 +125,11 @@ class HostHistory(History):
         return f"{len(self.impacts['touch'])} impacts in {self.time[-1]:g} s"
 
     def outline(self) -> Rows:
-        yield "numbers", numbers({k: v for k, v in self.numbers.items() if np.isfinite(v)})
+        yield "numbers", numbers({k: v for k, v in self.numbers.items() if not np.isnan(v)})
 
 
 PEAKS: tuple[str, ...] = ("x1_max", "a1_max", "stroke_max", "force_max", "impulse_max", "shear_max")
-HOST_PEAKS = ("x_max", "a_max", "stroke_max", "force_max")
+HOST_PEAKS = ("x_max", "a_max", "stroke_max", "force_max", "impulse_max")
 
 
 class Peak(NamedTuple):
@@ -206,6 +206,8 @@ class ResponseHistories(Csv, Drawable):
         list of Peak
             Displacement (drift), absolute acceleration, stroke, contact force or impulse, and base
             shear of each damper that has them, with the reduction against the system without one.
+            The contact force of a host's rigid walls is infinite, and so is the acceleration where
+            their impulses act.
         """
         alone, names = next((s.name for s in self.request.systems if is_alone(s)), None), PEAKS
         if self.request.has_hosts:
@@ -216,9 +218,9 @@ class ResponseHistories(Csv, Drawable):
             base = self.results[alone].numbers[name] if alone else math.nan
             for damper, history in self.results.items():
                 value, reduction = history.numbers[name], math.nan
-                if base > 0.0 and damper != alone:
+                if 0.0 < base < math.inf and damper != alone and np.isfinite(value):
                     reduction = 1.0 - value / base
-                if np.isfinite(value):
+                if not np.isnan(value):
                     peaks.append(Peak(damper, name, value, of_load(name).unit, reduction))
         return peaks
 

@@ -41,7 +41,7 @@ from nlds_vines.orbits.host_loads import (
     last_times,
     longest_cell,
 )
-from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, response_of
+from nlds_vines.orbits.host_orbits import HostOrbits, energies_of
 from nlds_vines.orbits.kind_engine import start_state
 from nlds_vines.orbits.load_flight import LoadBatch
 from nlds_vines.orbits.records import OK
@@ -313,7 +313,6 @@ def _arrays_of_orbit(
     orbit = follow_load(orbits, cells, start, [*shown, *strokes])
     arrays = _histories_of_host(owners, system, orbits, orbit)
     E1max, E2max = energies_of(orbit.records, system)
-    response = response_of(orbit.records, request.duration)
     arrays["E1max"] = np.array(E1max)
     levels = [share * E1max for share in SHARES]
     if orbit.status == OK:
@@ -323,13 +322,14 @@ def _arrays_of_orbit(
     for share, time in zip(SHARES, times, strict=True):
         arrays[f"last_{100 * share:g}"] = np.array(time)
     for column, name in enumerate(responses.OF_ROWS):
-        by_name = dict(zip(shown, response[: len(shown), column], strict=True))
+        by_name = dict(zip(shown, orbit.response[: len(shown), column], strict=True))
         arrays[name] = np.array([by_name.get(one, np.nan) for one in owners["displacement"]])
     damper, force = orbit.impacts["damper"], orbit.impacts["force"]
     columns: dict[str, Any] = {
         "E2max": np.where([d.m is None for d in system.dampers], np.nan, E2max),
-        "stroke_max": response[len(shown) :, 0],
+        "stroke_max": orbit.response[len(shown) :, 0],
         "force_max": [force[damper == name].max(initial=0.0) for name in own],
+        "impulse_max": orbit.impulses,
         "impact_count": [np.count_nonzero(damper == name) for name in own],
     }
     for name, values in columns.items():

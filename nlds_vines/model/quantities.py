@@ -528,15 +528,15 @@ OF_LOADS = (
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
 
-_BY_DAMPER = ("E2max", "stroke_max", "force_max", "impact_count")
+_BY_DAMPER = ("E2max", "stroke_max", "force_max", "impulse_max", "impact_count")
 OF_HOSTS = (
     *(OF_LOADS_BY_NAME[f"last_{100 * share:g}"] for share in SHARES),
     OF_LOADS_BY_NAME["E1max"],
     *(replace(_of(*entry), dims=("displacement",)) for entry in (
         ("x_max", "m", "largest displacement, relative to the ground", "largest displacement"),
         ("x_rms", "m", "rms displacement, relative to the ground", "rms displacement"),
-        ("a_max", "m/s^2", "largest absolute acceleration, contacts included",
-         "largest absolute acceleration"),
+        ("a_max", "m/s^2", "largest absolute acceleration, contacts included; infinite where the "
+         "impulse of a rigid wall acts", "largest absolute acceleration"),
     )),
     *(replace(OF_LOADS_BY_NAME[name], dims=("damper",)) for name in _BY_DAMPER),
 )  # fmt: skip

@@ -127,7 +127,7 @@ class HostKernels:
             E1, E2 = energies_of(watched, orbits.system)
             buffers.energy[place] = [E1, *(E2 if len(E2) else [0.0])]
         if watched is not None and buffers.response is not None:
-            buffers.response[place] = response_of(watched, span.periods * period)
+            buffers.response[place] = response_of(orbits, watched, impacts, span.periods * period)
         rows = rows_of(impacts)
         walls, touches = rows[:, OF_WALL].astype(np.int64), rows[:, OF_TOUCH] / period
         if buffers.touches is not None:

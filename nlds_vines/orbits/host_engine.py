@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,7 +18,13 @@ from nlds_vines.model.parameters import PHASE
 from nlds_vines.orbits.batch import TURN, Wanted, room_for
 from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.host_batch import HostKernels, in_cell
-from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, follow_host, response_of
+from nlds_vines.orbits.host_orbits import (
+    HostOrbits,
+    energies_of,
+    follow_host,
+    largest_impulses,
+    response_of,
+)
 from nlds_vines.orbits.host_section_map import HostSectionMap
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.responses import OF_ROWS
@@ -196,11 +203,17 @@ class HostBeginning(NamedTuple):
         if "energy" in record:
             results["E1max"], results["E2max"] = energies_of(records, system)
         if "response" in record:
-            table = response_of(records, periods * system.period).tolist()
+            table = response_of(orbits, records, impacts, periods * system.period).tolist()
             results["response"] = {
                 f"{row}.{quantity}": value
                 for row, values in zip(rows, table, strict=True)
                 for quantity, value in zip(OF_ROWS, values, strict=True)
+            }
+            impulses = largest_impulses(orbits, impacts).tolist()
+            results["response"] |= {
+                f"{damper.name}.impulse_max": value
+                for damper, value in zip(system.dampers, impulses, strict=True)
+                if not math.isnan(value)
             }
         count = span.first * span.stops + 1 + np.arange(len(states))
         return Orbit(

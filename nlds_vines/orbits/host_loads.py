@@ -12,7 +12,7 @@ from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
-from nlds_vines.orbits.host_orbits import HostOrbits, Impacts
+from nlds_vines.orbits.host_orbits import HostOrbits, Impacts, largest_impulses, response_of
 
 NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
 PARTS = 32  # equal parts of a cell that is computed again
@@ -31,6 +31,8 @@ class LoadedOrbit(NamedTuple):
     accelerations: np.ndarray  # (n, coordinates and masses) relative to the ground [m/s^2]
     loads: np.ndarray  # (n,) the force on a dof of factor 1 [N], or minus the ground's acceleration
     impacts: np.ndarray  # of dtype `records.HOST_IMPACT`
+    response: np.ndarray  # (displacements, 3) the quantities `OF_ROWS`
+    impulses: np.ndarray  # (dampers,) the largest ones at rigid walls [N s]
     records: Any  # `HostRecords`: largest energies and the response of displacements
 
 
@@ -85,6 +87,8 @@ def follow_load(
         orbits.states(accelerations)[:, ::2],
         np.append(rows[:, 0], rows[-1].sum()),
         orbits.table_of(impacts),
+        response_of(orbits, records, impacts, edges[-1] - edges[0]),
+        largest_impulses(orbits, impacts),
         records,
     )
 

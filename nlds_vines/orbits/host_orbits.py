@@ -36,6 +36,8 @@ RECORDS = ("section", "impacts", "energy", "response", "trajectory")
 
 IMPACTS_EXPECTED = 8  # in a period, for which there is room at first
 
+ALONE = 1.0e-10  # of a jump of a row's rate by an impact, relative to its bound: round-off
+
 MOST_COORDINATES = 200
 """The most coordinates of a host whose orbits are computed: a flight costs their square."""
 
@@ -60,6 +62,7 @@ class HostOrbits:
         masses = np.array([damper.m for damper in system.masses])
         self.size, size = n + len(masses), n + len(masses)
         inverse = np.concatenate([np.ones(n), 1 / masses])
+        self.inverse = inverse
         rows, push = self.by_mode(system.rows()), self.by_mode(system.push()[None])[0]
         walls = [(i, wall) for i, damper in enumerate(system.dampers) for wall in damper.walls]
         self.names = [(system.dampers[i].name, wall.side) for i, wall in walls]
@@ -153,6 +156,7 @@ class HostOrbits:
             compressed=np.zeros(count),
             expanded=np.zeros(count),
             presses=np.zeros(count),
+            impulses=np.zeros(count),
             least=np.zeros(count),
             rough=np.zeros(count),
             values=np.zeros(2 * (HIGHEST + 1)),
@@ -183,7 +187,22 @@ class HostOrbits:
     def room_for(self, count: int) -> Impacts:
         data, filled = np.zeros(count * ROW_OF_IMPACT), np.zeros(1, np.int64)
         counts = np.zeros(self.walls.number, np.int64)
-        return Impacts(data, filled, count, counts, np.full(1, np.inf))
+        hardest = np.zeros(self.walls.number)
+        return Impacts(data, filled, count, counts, np.full(1, np.inf), hardest)
+
+    def is_struck(self, records: HostRecords, impacts: Impacts) -> np.ndarray:
+        """Return True for the rows (rows,) of `records` whose rates a rigid wall lets jump.
+
+        The impulse of a wall with the row l changes the rate of a row w by w M^-1 l.  By modes that
+        is 0 within round-off, where masses are those of degrees of freedom.
+        """
+        struck = np.flatnonzero(impacts.hardest > 0.0)
+        rows = records.rows.reshape(len(records.grounds), self.size)
+        answers = self.body.answers.reshape(-1, self.size)[self.walls.links[struck]]
+        jumps = np.abs(_times(rows, answers.T))
+        own = _times(rows * rows, self.inverse[:, np.newaxis])
+        sizes = np.sqrt(own * self.walls.inverse[struck])
+        return np.asarray((jumps > ALONE * sizes).any(axis=1))
 
     def follow_judged(
         self, state: np.ndarray, span: Span, effort: str, records: HostRecords | None = None
@@ -329,12 +348,24 @@ def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.nda
     return host, np.array([0.0 if damper.m is None else next(largest) for damper in system.dampers])
 
 
-def response_of(records: HostRecords, duration: float) -> np.ndarray:
+def response_of(
+    orbits: HostOrbits, records: HostRecords, impacts: Impacts, duration: float
+) -> np.ndarray:
     """Return the quantities `OF_ROWS` of each row, (rows, 3); duration: of the records [s]."""
     rows = len(records.grounds)
     x, a = records.peaks[len(records.peaks) - 2 * rows :].reshape(2, rows)
     rms = np.sqrt(records.squares / duration) if duration > 0 else np.full(rows, np.nan)
+    a = np.where(orbits.is_struck(records, impacts), np.inf, a)
     return np.stack([x, rms, a], axis=-1)
+
+
+def largest_impulses(orbits: HostOrbits, impacts: Impacts) -> np.ndarray:
+    """Return the largest impulse [N s] at the rigid walls of each damper, NaN without one."""
+    largest = np.full(len(orbits.system.dampers), np.nan)
+    for wall, link in enumerate(orbits.walls.links):
+        if LAWS_IN_KERNELS[orbits.walls.law[wall]] == "restitution":
+            largest[link] = np.fmax(largest[link], impacts.hardest[wall])
+    return largest
 
 
 _JUDGE: Any = getattr(judge_host, "entry", judge_host)

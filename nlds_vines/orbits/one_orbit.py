@@ -68,8 +68,9 @@ class Orbit(Outlined):
         Largest and rms displacements, velocities, accelerations, forces and powers by name
         (`responses.quantities_of`), without the transient.  Of a host, for each displacement of
         `of`, `roof.x_max` and `roof.x_rms`, the largest and the rms one [m], and `roof.a_max`, the
-        largest absolute acceleration [m/s^2].  Largest values are exact in time; where rigid walls
-        of hosts are struck accelerations are those before and after.
+        largest absolute acceleration [m/s^2], infinite where the impulse of a rigid wall acts; for
+        each damper with rigid walls `ball.impulse_max`, their largest impulse [N s].  Largest
+        values are exact in time.
     clearance : float
         Smallest distance [m] of a pass that misses a wall; inf if there is none; not of hosts.
     violation : Violation

@@ -1,5 +1,6 @@
 """Loads on hosts, from requests to archives."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +94,12 @@ def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(q
     assert peak.reduction == pytest.approx(
         1 - both.numbers["roof.x_max"] / alone.numbers["roof.x_max"]
     )
+    blows = [p for p in histories.comparison() if p.quantity == "cell.impulse_max"]
+    assert [p.damper for p in blows] == ["two cells"]
+    assert both.numbers["roof.a_max"] == math.inf  # where rigid walls act
+    tops = {p.damper: p for p in histories.comparison() if p.quantity == "roof.a_max"}
+    assert tops["none"].value < tops["two cells"].value
+    assert math.isnan(tops["two cells"].reduction)
     again = nv.open_archive("q.h5")
     assert np.array_equal(again["two cells"].x["roof"], both.x["roof"])
     assert again.request.hash == histories.request.hash

@@ -206,3 +206,59 @@ def test_what_is_not_there_is_refused(error_of):
         assert message in error_of(nv.simulate, system, 1, **options)
     line = error_of(nv.simulate, "ssul-set6", 1, of=["x1"])
     assert "names no displacements" in line
+
+
+def test_a_rigid_wall_makes_accelerations_infinite_where_its_impulse_acts():
+    """A blow between the ball and the roof, two free masses for its instant, moves no other floor.
+
+    It turns the approach speed v into -e v by the impulse (1 + e) v / (1 / m + 1 / M).
+    """
+    frame, e = nv.shear_frame([1000.0, 800.0, 900.0], [8e4, 6e4, 9e4], ratio=0.03), 0.6
+    walls = [nv.Wall(0.01, side, law="restitution", e=e) for side in "+-"]
+    ball = nv.Damper("ball", "roof", m=60.0, walls=walls)
+    soft = nv.Damper("soft", "floor1", m=60.0, k=3000.0, walls=[nv.Wall(0.01, K=1e7)])
+    force, omega = {"roof": 800.0}, frame.frequencies[0]
+    system = nv.System.from_host(frame, [ball, soft], force=force, omega=omega)
+    free = ["floor2", "floor1", "floor2-floor1", "soft"]
+    names = ["roof", "ball", "roof-floor2", *free]
+    options = {"record": ["impacts", "response"], "of": names, "quiet": True}
+    orbit = nv.simulate(system, 5, transient=20, **options)
+    for name in ("roof", "ball", "roof-floor2"):
+        assert orbit.response[f"{name}.a_max"] == math.inf
+    for name in free:
+        assert 0.0 < orbit.response[f"{name}.a_max"] < 100.0
+    fastest = orbit.impacts["speed"][orbit.impacts["damper"] == "ball"].max()
+    impulse = (1.0 + e) * fastest / (1.0 / 60.0 + 1.0 / 900.0)
+    assert orbit.response["ball.impulse_max"] == pytest.approx(impulse, rel=1e-12)
+    assert "soft.impulse_max" not in orbit.response  # its wall has a force
+
+    load = {"impulse": 500.0, "on": "roof"}
+    histories = nv.response_history(system, load=load, duration=10.0, of=names, quiet=True)
+    numbers = histories.results[system.name].numbers
+    assert numbers["roof.a_max"] == numbers["ball.a_max"] == math.inf
+    assert 0.0 < numbers["floor2.a_max"] < 100.0
+    touches = histories.results[system.name].impacts
+    fastest = touches["speed"][touches["damper"] == "ball"].max()
+    impulse = (1.0 + e) * fastest / (1.0 / 60.0 + 1.0 / 900.0)
+    assert numbers["ball.impulse_max"] == pytest.approx(impulse, rel=1e-12)
+    assert math.isnan(numbers["soft.impulse_max"])
+
+
+def test_a_blow_goes_on_to_a_rigid_wall_that_holds():
+    """A ball strikes a mass that a force presses against a stop, which has to take the blow.
+
+    The mass cannot move, so that the ball turns round as at a wall, by the impulse (1 + e) m v.
+    """
+    host = nv.Host(M=[[4.0]], K=[[400.0]], C=[[2.0]], dofs=["x"])
+    stop = nv.Damper("stop", ("x", "ground"), walls=[nv.Wall(0.0, law="restitution", e=0.0)])
+    ball = nv.Damper("ball", "x", m=0.2, walls=[nv.Wall(0.01, "-", law="restitution", e=0.5)])
+    system = nv.System.from_host(host, [ball, stop], force={"x": 100.0}, omega=0.5)
+    orbit = nv.simulate(
+        system, 1, start=[0.0, 0.0, 0.0, 4.0], record=["impacts", "response"], quiet=True
+    )
+    first, *others = orbit.impacts
+    assert (first["damper"], first["speed"]) == ("ball", pytest.approx(4.0))
+    assert {impact["damper"] for impact in others} == {"stop"}
+    assert max(impact["speed"] for impact in others) < 0.2
+    assert orbit.response["ball.impulse_max"] == pytest.approx(1.5 * 0.2 * 4.0, rel=1e-12)
+    assert orbit.response["stop.impulse_max"] == pytest.approx(1.5 * 0.2 * 4.0, rel=1e-12)

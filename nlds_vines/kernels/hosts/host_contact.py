@@ -483,6 +483,7 @@ class Impacts(NamedTuple):
     room: int
     counts: Any  # (walls,) of impacts that have begun
     slowest: Any  # (1,) smallest approach speed so far [m/s]
+    hardest: Any  # (walls,) largest impulse of a rigid wall so far [N s]
 
 
 OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST = range(6)
@@ -555,8 +556,10 @@ def strike(host, varied, wall, time, drive, y):
         s, pressing = e * impulse * walls.inverse[other], contacts.presses[other]
         stays = pressing > 0.0 and rate * s <= BRIEF * pressing and (e < 1.0 or s == 0.0)
         contacts.rebounds[other] = 0.0 if stays else e
+        contacts.impulses[other] *= 1.0 + contacts.rebounds[other]
         contacts.compressed[other] = 1.0 if impulse != 0.0 else 0.0
     expand_impulses(host, y)
+    note_impulses(walls, contacts, host.impacts)
     if varied is not None:
         vary_at_impact(body, walls, contacts, varied, wall)
     departs = False  # whether a wall that holds is left at a negligible speed
@@ -593,6 +596,7 @@ def compress(host, drive, y):
         wall = active[1 + c]
         if walls.law[wall] == IS_RIGID:
             contacts.compressed[wall] = contacts.forces[wall] * contacts.pushes[wall]
+            contacts.impulses[wall] = firm_impulse(walls, contacts, wall)
     for i in range(size):
         y[size + i] = work[size + i]
     push_soft(body, walls, contacts, drive, y, work)
@@ -625,6 +629,24 @@ def expand_impulses(host, y):
             wall = active[1 + c]
             if walls.law[wall] == IS_RIGID:
                 contacts.expanded[wall] = contacts.pushes[wall]
+                contacts.impulses[wall] += firm_impulse(walls, contacts, wall)
+
+
+@jit
+def firm_impulse(walls, contacts, wall):
+    """Return the impulse [N s] that `press` has found for a wall, 0 within round-off."""
+    impulse = contacts.forces[wall] * contacts.pushes[wall]
+    return impulse if impulse * walls.inverse[wall] > contacts.least[wall] else 0.0
+
+
+@jit
+def note_impulses(walls, contacts, impacts):
+    """Raise the largest impulses by those of an impact, also at walls that held before it."""
+    active, hardest = contacts.active, impacts.hardest
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID:
+            hardest[wall] = max(hardest[wall], contacts.impulses[wall])
 
 
 @jit

@@ -74,8 +74,8 @@ class HostFlow(NamedTuple):
 @jit
 def no_impacts(walls):
     """Return `Impacts` that only count."""
-    counts = np.zeros(walls.number, np.int64)
-    return Impacts(np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf))
+    counts, hardest = np.zeros(walls.number, np.int64), np.zeros(walls.number)
+    return Impacts(np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf), hardest)
 
 
 @jit
@@ -274,7 +274,7 @@ def loop(host, varied, watch, span, state, section):
             if watch is not None:
                 watch.is_on[0] = 1.0
             for wall in range(walls.number):
-                contacts.rows[wall], impacts.counts[wall] = -1, 0
+                contacts.rows[wall], impacts.counts[wall], impacts.hardest[wall] = -1, 0, 0.0
         for part in range(span.stops):
             cells = grid.cells // span.stops
             ends = cells * part, cells * (part + 1)

@@ -96,6 +96,7 @@ class Contacts(NamedTuple):
     compressed: Any  # (walls,) 1 of rigid walls that bring bodies to rest in an impact
     expanded: Any  # (walls,) 1 of those that bodies would enter by the rebounds of others
     presses: Any  # (walls,) 1 of those that the forces press after an impact
+    impulses: Any  # (walls,) of rigid walls in an impact [N s], 0 within round-off
     least: Any  # (walls,) rates of depths that are round-off [m/s or m/s^2]
     rough: Any  # (walls,) 1 where the series of the force does not hold in a step
     values: Any  # 2 (HIGHEST + 1) scratch: values at places, and coefficients

@@ -763,11 +763,11 @@ class HostSystem(Outlined):
 
         By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
         """
+        names = (names,) if isinstance(names, str) else tuple(names)
         if "response" not in records:
             if names:
-                raise RequestError(f"of = {shown(names)}: the response is not recorded")
+                raise RequestError(f"of = {shown(list(names))}: the response is not recorded")
             return ()
-        names = (names,) if isinstance(names, str) else tuple(names)
         for name in names:
             self.displacement(name)
         usual = [damper.places[0] for damper in self.dampers]

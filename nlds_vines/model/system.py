@@ -292,8 +292,8 @@ class System(Outlined):
         """Return no names: the response of a kind is that of its own coordinates."""
         if len(names):
             raise RequestError(
-                f"of = {shown(names)}: kind {self.kind!r} names no displacements; its response is "
-                "x1_max, a1_max and others by the symbols of the paper"
+                f"of = {shown(list(names))}: kind {self.kind!r} names no displacements; its "
+                "response is x1_max, a1_max and others by the symbols of the paper"
             )
         return ()
 

@@ -200,9 +200,8 @@ class PortraitRequest(Request):
             object.__setattr__(self, "tolerance", settings.tolerance)
         systems = [column.system for column in self.columns]
         for system in systems:
-            if isinstance(system, HostSystem):
-                choice("method of a host", self.method, ("exact",))
-            elif self.of:
+            choice("method", self.method, system.scene.methods)
+            if self.of and not isinstance(system, HostSystem):
                 raise RequestError(f"of = {shown(list(self.of))} is for displacements of a host")
         words = (*self.panels, *map(word_of, self.panels))
         for panel in [panel for column in self.columns for panel in column.panels]:

@@ -323,7 +323,7 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         ({"a.gap+": [-0.02, 0.1]}, {}, "overlap by 0.01 m"),
         ({"attic_0": [0.0, 1.0]}, {}, "unknown axis 'attic_0'; did you mean 'a_0'? allowed: a.m"),
         ({"roof_0": [0.0, 1.0]}, {"start": Start("up")}, "roof_0 is varied: orbits start at rest"),
-        ({"omega": [12.0]}, {"method": "rk4"}, "method of a host"),
+        ({"omega": [12.0]}, {"method": "rk4"}, "unknown method 'rk4'"),
         ({"omega": [12.0]}, {"want": ("spectrum",)}, "want 'spectrum' cannot be had"),
         ({"omega": [12.0]}, {"of": ("roof",)}, "the response is not recorded"),
         ({"omega": [12.0]}, {"want": ("response",), "of": ("attic",)}, "attic"),

@@ -14,7 +14,7 @@ from PIL import Image
 import nlds_vines as nv
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits import simulation
+from nlds_vines.orbits import records
 from nlds_vines.portrait.command import main
 from nlds_vines.portrait.panels import CROWDED, DEPTH, Place
 from nlds_vines.portrait.picture import make_page, rows_of, write_letters
@@ -191,10 +191,10 @@ def test_limits_are_lines_too_and_have_no_force(kind, parameters, lines):
     system = System(kind, {**OF_KIND["ssbl"].parameters, **parameters})
     column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
     contacts = view.contacts[view.contacts["wall"] == "obstacle"]
-    passed = simulation.Violation(2, 1.5, 0.01)
+    passed = records.Violation(2, 1.5, 0.01)
     seen = replace(view, column=column, violation=passed, contacts=contacts)
     assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
-    within = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
+    within = replace(seen, violation=records.Violation(0, np.nan, 0.0))
     assert "in the whole run: kept" in "\n".join(within.lines())
     figure = draw(replace(request, columns=(column,)), [seen])
     panels = {axes.get_ylabel(): axes for axes in figure.axes}

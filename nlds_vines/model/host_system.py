@@ -357,6 +357,7 @@ class HostScene(Scene):
     unrecorded: tuple[str, ...] = (
         "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
     )  # fmt: skip
+    may_be_empty: tuple[str, ...] = ("impacts",)
     methods: tuple[str, ...] = ("exact",)
     fineness: tuple[str, ...] = ("tolerance",)
     cost: int = 16

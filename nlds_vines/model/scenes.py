@@ -76,6 +76,7 @@ class Scene:
     dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
     # what the kernels of the scene offer
     unrecorded: tuple[str, ...] = ()  # records that they do not make
+    may_be_empty: tuple[str, ...] = ()  # records of an orbit that need no walls
     methods: tuple[str, ...] = ("exact", "rk4")  # of integration
     fineness: tuple[str, ...] = ("tolerance", "nodes", "contact_steps", "period_steps")
     cost: int = 1  # of a forcing period, in those of one structure with one damper

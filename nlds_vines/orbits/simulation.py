@@ -195,7 +195,7 @@ def checked_record(system: AnySystem, record: Collection[str] | None) -> tuple[s
         raise RequestError(f"record = {shown(record)} must be a list of {', '.join(allowed)}")
     for word in record:
         choice("record", word, allowed)
-    refuse_impossible(tuple(record), scene)
+    refuse_impossible([word for word in record if word not in scene.may_be_empty], scene)
     return tuple(record)
 
 

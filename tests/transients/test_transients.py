@@ -98,7 +98,7 @@ def test_an_archive_is_looked_at_again_and_more_starts_begin_with_the_same_ones(
     assert (here / "a.h5").read_bytes() == before
     np.testing.assert_array_equal(first.times, again.times)
     assert again.decay.ended < first.decay.ended
-    assert "--overwrite" in error_of(nv.transient_lifetimes, system, to="a.h5", **SMALL)
+    assert "overwrite=True" in error_of(nv.transient_lifetimes, system, to="a.h5", **SMALL)
     few = nv.transient_lifetimes(system, to="few.h5", **{**SMALL, "starts": 15})
     other = nv.transient_lifetimes(system, to="other.h5", seed=1, **SMALL)
     np.testing.assert_array_equal(few.settling, first.settling[:15])

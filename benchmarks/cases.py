@@ -57,7 +57,7 @@ Work = Callable[[], Any]
 
 
 def public(work: str) -> Any:
-    """Return what does a piece of work: the first name of `NAMES` that this package has."""
+    """Return the public function for a piece of work, by the newest of its `NAMES`."""
     for name in NAMES[work]:
         try:
             return reduce(getattr, name.split("."), nv)
@@ -200,14 +200,14 @@ Prepare = Callable[[], Work]
 
 
 def preset(name: str, count: int, record: list[str] = SECTIONS, **changes: Any) -> Prepare:
-    """Return what prepares orbits of a named system with some parameters or its law changed."""
+    """Return a function that prepares orbits of a named system with changed parameters or law."""
     return lambda: orbits(public("system")(name, **changes), count, record)
 
 
 def host(
     storeys: int, count: int, record: list[str] = SECTIONS, sides: str = "+", **law: Any
 ) -> Prepare:
-    """Return what prepares orbits of a frame with a damper whose walls have a contact law."""
+    """Return a function that prepares orbits of a frame with one damper under a contact law."""
     return lambda: orbits(frame_of(storeys, sides=sides, **law), count, record)
 
 

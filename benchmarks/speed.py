@@ -7,10 +7,10 @@
 
 Without names all cases are timed, which takes an hour. `cases.py` has them. The commit is checked
 out into a folder for temporary files and stays there with its compiled kernels, so that a second
-comparison begins at once; a folder of the project may stand in its place. Each state runs in a
-process of its own, and both do the same work in turn: the result is the median of the ratios of
-their CPU times, with the quartiles of those ratios in brackets. Beside it stands the ratio of the
-shortest times, which other work on the machine leaves alone.
+comparison begins at once; a folder of the project may be given instead. Each version runs in a
+process of its own, and the two take turns. The result is the median ratio of their CPU times, with
+the quartiles in brackets. The ratio of the shortest times follows; it depends least on other work
+on the machine.
 
 The case `cold` starts commands with an empty cache of compiled kernels, three times at most.
 """
@@ -57,7 +57,7 @@ Spends = Callable[[str], dict[str, Times]]
 
 
 def git(*words: str) -> bytes:
-    """Return what git prints; SystemExit with its message if it fails."""
+    """Return the output of git; raise SystemExit with its message if it fails."""
     done = subprocess.run(["git", "-C", str(HERE), *words], capture_output=True)
     if done.returncode:
         raise SystemExit(done.stderr.decode().strip())

@@ -36,7 +36,7 @@ from nlds_vines.model.quantities import recorded
 from nlds_vines.orbits import records
 from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
 from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.engine import engine_for, runner_for
+from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
@@ -162,7 +162,8 @@ class Computer:
             from nlds_vines.bifurcation.attractors import OrbitEnds  # with SciPy's searches
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
-        self.kernels = runner_for(scan.system, wanted, tell, of=scan.of, helped=helped)
+        self._engine = engine_for(scan.system)
+        self.kernels = self._engine.runner(wanted, tell, of=scan.of, helped=helped)
         self._traced: Kernels | None = None  # for the states of spectra, which hosts do not have
         if scan.spectral is not None:
             self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
@@ -203,7 +204,7 @@ class Computer:
         scan, datasets = self.scan, self.scan.table.datasets
         arrays = {"P": chains["P"].copy()} if "P" in datasets else {}
         if scan.start.policy == "random":
-            states = engine_for(scan.system).user_states(chains[:, 0], starts)
+            states = self._engine.user_states(chains[:, 0], starts)
             arrays["start_state"] = states[:, np.newaxis]
         # the same at more instants
         if (spectral := scan.spectral) is not None and self._traced is not None:

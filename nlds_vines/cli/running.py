@@ -68,8 +68,9 @@ class RunOptions:
             )
         dashes = "--" if is_command() else ""
         for one, other, why in _EXCLUSIVE:
-            given = [name for name in (one, other) if getattr(self, name) not in (None, False)]
-            if len(given) == 2:
+            has_one = getattr(self, one) not in (None, False)
+            has_other = getattr(self, other) not in (None, False)
+            if has_one and has_other:
                 names = f"{dashes}{one} and {dashes}{other}"
                 raise RequestError(f"{names} exclude each other: {why}")
         if (text := self.scheduler) is not None and text.startswith("local:"):

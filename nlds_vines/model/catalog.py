@@ -236,7 +236,7 @@ def read_request(source: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _located(value: Any, folder: Path, key: str = "") -> Any:
-    """Return what stands under a key of a document, with its paths seen from the working folder."""
+    """Return the value of a key of a document, with its paths relative to the working folder."""
     if isinstance(value, Mapping):
         prefix = f"{key}." if key else ""
         return {name: _located(one, folder, f"{prefix}{name}") for name, one in value.items()}

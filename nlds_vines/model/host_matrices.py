@@ -428,7 +428,7 @@ def _lines(data: bytes) -> list[bytes]:
 
 
 def _separator(line: bytes) -> bytes | None:
-    """Return what stands between the numbers of a line, None for blanks."""
+    """Return the separator of the numbers in a line, None for blanks."""
     for cut in (b";", b"\t"):
         if cut in line:
             return cut

@@ -225,11 +225,11 @@ class Damper:
             raise RequestError(f"{stated[0]} needs a mass m, which is missing")
         for key in stated:
             DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
-        of_k = (["k"] if self.k != 0 else []) + [key for key in stated if key != "zeta"]
-        of_c = (["c"] if self.c != 0 else []) + [key for key in stated if key == "zeta"]
-        for beside in (of_k, of_c):
-            if len(beside) > 1:
-                raise RequestError(f"{beside[0]} beside {beside[1]}: give one of them")
+        for key in ("k", "c"):
+            by_ratio = [ratio for ratio in stated if _RATIOS_OF_DAMPERS[ratio] == key]
+            statements = [key, *by_ratio] if getattr(self, key) != 0 else by_ratio
+            if len(statements) > 1:
+                raise RequestError(f"{statements[0]} beside {statements[1]}: give one of them")
         values = {"m": float(self.m or 0.0), "k": float(self.k)}
         if self.f is not None:
             values["k"] = self.__dict__["k"] = _of("f1", "k").parameter(self.f, values)

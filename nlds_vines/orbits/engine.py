@@ -6,7 +6,7 @@ and never what a system is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -157,15 +157,3 @@ def engine_for(system: AnySystem) -> Engine:
     if isinstance(system, HostSystem):
         return HostEngine(system)
     return KindEngine(system)
-
-
-def runner_for(
-    system: AnySystem,
-    wanted: Wanted,
-    tell: Tell | None = None,
-    *,
-    of: Collection[str] = (),
-    helped: bool = True,
-) -> Runner:
-    """Return the kernels for many orbits of a system with the records `wanted`."""
-    return engine_for(system).runner(wanted, tell, of=tuple(of), helped=helped)

@@ -214,7 +214,7 @@ class Blocks:
         return True
 
     def _kept(self, how: Any) -> str:
-        """Return what an interrupted run has kept, and how to go on."""
+        """Return the message about the blocks of an interrupted run, and how to resume it."""
         if self._in_memory is not None:
             return "what was computed is lost, because no archive was named (to=)"
         if self._is_put:
@@ -236,7 +236,7 @@ class Blocks:
         return False
 
     def _differences(self, view: archive.ArchiveView) -> str:
-        """Return what the request in an archive has that differs from this one; empty if nothing.
+        """Return the entries of the request in an archive that differ from this one's, in words.
 
         Titles and sources of systems differ without a difference in numbers.
         """

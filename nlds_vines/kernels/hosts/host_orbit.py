@@ -180,7 +180,7 @@ def place_host_state(flow, y, state):
             margin = walls.margins[m] + walls.margins[m + 1] * q
             margin += walls.margins[m + 2] * walls.signs[wall] * s
             contacts.q[wall], contacts.pushes[wall] = q, 1.0 if margin > 0.0 else 0.0
-    soft = active[0]
+    compliant = active[0]
     for wall in range(walls.number):
         if walls.law[wall] != IS_RIGID:
             continue
@@ -191,15 +191,15 @@ def place_host_state(flow, y, state):
         if is_held:
             active[0] += 1
             active[active[0]] = wall
-    if active[0] > soft:
+    if active[0] > compliant:
         press_now(body, walls, contacts, drive, bare_state, work)
-        held = soft
-        for c in range(soft, active[0]):
+        number = compliant  # of walls in contact, without those that would pull
+        for c in range(compliant, active[0]):
             wall = active[1 + c]
             if contacts.pushes[wall] == 1.0 and contacts.forces[wall] > 0.0:
-                held += 1
-                active[held] = wall
-        active[0] = held
+                number += 1
+                active[number] = wall
+        active[0] = number
         hold(body, walls, contacts, size, bare_state)
     write_contacts(walls, contacts, bare_state, 2 * size)
 

@@ -72,7 +72,7 @@ class Block(NamedTuple):
 
 
 def read_format(form: Format, lines: Lines) -> Content | None:
-    """Return what a file of a format holds; None for a file of another one."""
+    """Return the content of a file in this format; None if it has another format."""
     mark, above = re.compile(form.mark, re.IGNORECASE), re.compile(form.above, re.IGNORECASE)
     if not any(mark.search(text[:200]) for _, text in lines[:MARKED]):
         return None
@@ -471,7 +471,7 @@ FORMATS: tuple[Format, ...] = (
 
 
 def content_of(lines: Lines) -> Content | None:
-    """Return what a file of a known format holds; None for a file of none."""
+    """Return the content of a file in a known format; None if its format is unknown."""
     for form in FORMATS:
         content = read_format(form, lines)
         if content is not None:

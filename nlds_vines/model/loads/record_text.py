@@ -210,7 +210,7 @@ BLANKS = Dialect(None, ".")
 
 
 def in_columns(rows: Lines, width: int, dialect: Dialect) -> list[Callable[[], list[float]]]:
-    """Return what reads each of `width` columns; all are read together if no row is odd."""
+    """Return a reader of each of `width` columns; all are read together if no row is odd."""
     together = cache(partial(dialect.columns, rows, width))
 
     def read(i: int) -> list[float]:

@@ -81,9 +81,6 @@ class Engine(Protocol):
     system: Any
     recognizes_cycles: bool  # whether an orbit can be ended at a known cycle
 
-    def settings(self, method: str, options: Mapping[str, Any]) -> Settings:
-        """Return the settings of a method with the `options` that are not None, validated."""
-
     def runner(
         self, wanted: Wanted, tell: Tell | None = None, *, of: Sequence[str], helped: bool
     ) -> Runner:

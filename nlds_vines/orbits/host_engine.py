@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, unknown
+from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.scene.codes import OK
@@ -29,7 +29,7 @@ from nlds_vines.orbits.host_section_map import HostSectionMap
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.responses import OF_ROWS
 from nlds_vines.orbits.section_map import SectionMap, Variations
-from nlds_vines.orbits.solver_settings import Settings, chosen_settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import (
     FALLBACK_LENGTH,
     LEAST_AMPLITUDE,
@@ -50,13 +50,6 @@ class HostEngine:
 
     def __init__(self, system: HostSystem) -> None:
         self.system = system
-
-    def settings(self, method: str, options: Mapping[str, Any]) -> Settings:
-        for name, value in options.items():
-            if value is not None and name != "tolerance":
-                allowed = ("start", "transient", "record", "tolerance", "samples", "of")
-                raise unknown("option of a host's orbit", name, allowed)
-        return chosen_settings(method, options)
 
     def runner(
         self, wanted: Wanted, tell: Tell | None = None, *, of: Sequence[str], helped: bool

@@ -24,7 +24,7 @@ from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, Violation
 from nlds_vines.orbits.section_map import SectionMap, Variations
-from nlds_vines.orbits.solver_settings import Settings, chosen_settings
+from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import ROUND_OFF, Start, checked_start
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -48,9 +48,6 @@ class KindEngine:
     def __init__(self, system: System) -> None:
         self.system = system
         self._scene = system.scene
-
-    def settings(self, method: str, options: Mapping[str, Any]) -> Settings:
-        return chosen_settings(method, options)
 
     def runner(
         self, wanted: Wanted, tell: Tell | None = None, *, of: Sequence[str], helped: bool

@@ -7,13 +7,14 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, checked_names, choice, shown, truth, whole
+from nlds_vines.errors import RequestError, checked_names, choice, shown, truth, unknown, whole
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS
 from nlds_vines.model.catalog import AnySystem, any_system
 from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.one_orbit import Orbit
 from nlds_vines.orbits.records import SIMULATED, refuse_impossible
 from nlds_vines.orbits.signals import signal_of
+from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.runs import progress
 from nlds_vines.runs.executors import free_memory
@@ -104,7 +105,6 @@ def simulate(
     >>> bool(abs(orbit.section[2] - orbit.section[0]).max() < 1e-6)
     True
     """
-    options = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     system = any_system(system)
     if overrides:
         system = system.with_(**overrides)
@@ -113,11 +113,20 @@ def simulate(
     whole("samples", samples, 1, 10**6)
     truth("quiet", quiet)
     of = (of,) if isinstance(of, str) else checked_names("of", of)
-    engine = engine_for(system)
-    choice("method", method, system.scene.methods)
+    engine, scene = engine_for(system), system.scene
+    choice("method", method, scene.methods)
     words = checked_record(system, record)
-    refuse_without_room(words, periods, samples, len(system.scene.components))
-    settings = engine.settings(method, {"tolerance": tolerance, **options})
+    refuse_without_room(words, periods, samples, len(scene.components))
+    options = {
+        "tolerance": tolerance,
+        "contact_steps": contact_steps,
+        "period_steps": period_steps,
+        "nodes": nodes,
+    }
+    for name, value in options.items():
+        if value is not None and name not in scene.fineness:
+            raise unknown(f"option for {scene.meaning}:", name, scene.fineness)
+    settings = chosen_settings(method, options)
     begin = engine.begin(start, method, settings, system.displacements(of, words))
     return begin.follow(words, transient, periods, samples, quiet=quiet)
 

@@ -200,7 +200,7 @@ def test_what_is_not_there_is_refused(error_of):
         ({"record": ["response"], "of": ["roof-attic"]}, "unknown displacement 'roof-attic'"),
         ({"record": ["clearance"]}, "unknown record 'clearance'"),
         ({"method": "rk4"}, "unknown method 'rk4'"),
-        ({"nodes": 3}, "unknown option of a host's orbit 'nodes'"),
+        ({"nodes": 3}, "unknown option for a host with dampers: 'nodes'; allowed: tolerance"),
         ({"start": [1, 2]}, "allowed: 6 finite numbers floor1, v_floor1"),
     ):
         assert message in error_of(nv.simulate, system, 1, **options)

@@ -206,33 +206,35 @@ class Host(Outlined):
         T^T A T.  This is exact if C has no entry of c, or is proportional to M and K.
         """
         columns = scipy.sparse.csc_array(abs(self.M)).sum(axis=0)
-        gone = np.flatnonzero(columns == 0)
-        kept = np.flatnonzero(columns)
-        if gone.size == 0:
+        massless = np.flatnonzero(columns == 0)
+        massive = np.flatnonzero(columns)
+        if massless.size == 0:
             return
-        if kept.size == 0:
+        if massive.size == 0:
             raise RequestError("M is 0: no degree of freedom has a mass")
-        if gone.size * kept.size > MOST_ENTRIES:
+        if massless.size * massive.size > MOST_ENTRIES:
             raise RequestError(
-                f"{gone.size} of {len(self.dofs)} degrees of freedom are without mass: too many to "
+                f"{massless.size} of {len(self.dofs)} degrees of freedom have no mass: too many to "
                 "condense"
             )
-        T = np.zeros((len(self.dofs), kept.size))
-        T[kept, np.arange(kept.size)] = 1.0
-        T[gone] = -_solved(self.K[np.ix_(gone, gone)], self.K[np.ix_(gone, kept)])
+        T = np.zeros((len(self.dofs), massive.size))
+        T[massive, np.arange(massive.size)] = 1.0
+        T[massless] = -_solved(
+            self.K[np.ix_(massless, massless)], self.K[np.ix_(massless, massive)]
+        )
         for name in ("M", "K", "C"):
             matrix = getattr(self, name)
             if matrix is not None:
                 product = T.T @ (matrix @ T)
                 symmetric = (product + product.T) / 2
-                is_dense = kept.size <= MOST_DENSE
+                is_dense = massive.size <= MOST_DENSE
                 setattr(self, name, symmetric if is_dense else scipy.sparse.csc_array(symmetric))
-        self.condensed = tuple(self.dofs[i] for i in gone)
-        self.coordinates = tuple(self.dofs[i] for i in kept)
+        self.condensed = tuple(self.dofs[i] for i in massless)
+        self.coordinates = tuple(self.dofs[i] for i in massive)
         self.shape = T
         self.is_plain = False
-        plural = "s" if gone.size > 1 else ""
-        self.note = f"{gone.size} degree{plural} of freedom without mass condensed"
+        plural = "s" if massless.size > 1 else ""
+        self.note = f"{massless.size} degree{plural} of freedom without mass condensed"
         self._shake(self.influence)
 
     def _refuse_signs(self) -> None:

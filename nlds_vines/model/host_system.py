@@ -315,24 +315,23 @@ class Damper:
 
     def changed(self, values: Mapping[str, Any]) -> Damper:
         """Return the damper with other numbers by key, or `attached_to` another place."""
-        own = {
-            key: value
-            for key, value in values.items()
-            if key in ("m", "k", "c", "f", "zeta", PLACE)
-        }
-        stay = self.statements
+        of_damper = {}
+        for key in ("m", "k", "c", "f", "zeta", PLACE):
+            if key in values:
+                of_damper[key] = values[key]
+        unchanged = self.statements
         for ratio, key in (("f", "k"), ("zeta", "c")):
-            if ratio in own or key in own:
-                stay.pop(ratio, None)
-                stay.pop(key, None)
-        # what follows from a ratio is computed again
-        statements = {"k": 0.0, "c": 0.0, "f": None, "zeta": None, **stay, **own}
+            if ratio in of_damper or key in of_damper:
+                unchanged.pop(ratio, None)
+                unchanged.pop(key, None)
+        # k and c are computed again if they follow from a ratio
+        statements = {"k": 0.0, "c": 0.0, "f": None, "zeta": None, **unchanged, **of_damper}
         walls = []
         for wall in self.walls:
             of_wall = {}
             for name, value in values.items():
                 _, key, side = split_name(f".{name}")
-                if name not in own and side in ("", wall.side):
+                if name not in of_damper and side in ("", wall.side):
                     of_wall[key] = value
             with at(f"damper {self.name!r}"):
                 walls.append(wall.changed(of_wall) if of_wall else wall)

@@ -200,8 +200,8 @@ class HostOrbits:
         rows = records.rows.reshape(len(records.grounds), self.size)
         answers = self.body.answers.reshape(-1, self.size)[self.walls.links[struck]]
         jumps = np.abs(_times(rows, answers.T))
-        own = _times(rows * rows, self.inverse[:, np.newaxis])
-        sizes = np.sqrt(own * self.walls.inverse[struck])
+        inverse_masses = _times(rows * rows, self.inverse[:, np.newaxis])  # w M^-1 w
+        sizes = np.sqrt(inverse_masses * self.walls.inverse[struck])
         return np.asarray((jumps > ALONE * sizes).any(axis=1))
 
     def follow_judged(

@@ -241,13 +241,13 @@ class Blocks:
         Titles and sources of systems differ without a difference in numbers.
         """
         name = "the request in it"
-        held = dict(_entries(parse_toml(view.text("scan"), name)))
+        stored = dict(_entries(parse_toml(view.text("scan"), name)))
         asked = dict(_entries(parse_toml(self.request.to_toml(), name)))
-        names = [name for name in {**held, **asked} if held.get(name) != asked.get(name)]
+        names = [name for name in {**stored, **asked} if stored.get(name) != asked.get(name)]
         if numbers := [name for name in names if ".sources." not in name]:
             names = numbers  # a source differs with its value
         return _first(
-            f"{name} = {shown(held[name])}" if name in held else f"no {name}" for name in names
+            f"{name} = {shown(stored[name])}" if name in stored else f"no {name}" for name in names
         )
 
     def _deliver(self, write: Write, overwrite: bool) -> None:
@@ -289,10 +289,10 @@ class Blocks:
         """
         if self._in_memory is not None or self.folder.is_symlink():
             return
-        own = {self.file(key).name for key in (*(self.keys or ()), *self._seconds)}
+        names = {self.file(key).name for key in (*(self.keys or ()), *self._seconds)}
         with suppress(FileNotFoundError):
             for file in [*self.folder.iterdir()]:
-                is_own = file.name in own or _TEMPORARY.fullmatch(file.name) is not None
+                is_own = file.name in names or _TEMPORARY.fullmatch(file.name) is not None
                 if is_own or (file.suffix == ".npz" and self._is_own(file)):
                     file.unlink(missing_ok=True)
         with suppress(OSError):
@@ -339,15 +339,15 @@ def _described(arrays: Arrays) -> dict[str, list[Any]]:
     }
 
 
-def _check_arrays(held: Mapping[str, Any], saved: Mapping[str, Any]) -> None:
+def _check_arrays(present: Mapping[str, Any], saved: Mapping[str, Any]) -> None:
     """Raise ValueError with the first array that a block lacks, or has beyond what was saved."""
-    for name in {**saved, **held}:
-        if name not in held:
+    for name in {**saved, **present}:
+        if name not in present:
             raise ValueError(f"{name} is missing")
         if name not in saved:
             raise ValueError(f"{name} does not belong in it")
-        if held[name] != saved[name]:
-            (kind, shape), (saved_kind, saved_shape) = held[name], saved[name]
+        if present[name] != saved[name]:
+            (kind, shape), (saved_kind, saved_shape) = present[name], saved[name]
             raise ValueError(f"{name} is {kind} {shape}, not {saved_kind} {saved_shape}")
 
 
@@ -372,11 +372,11 @@ def _read_block(file: Path) -> tuple[dict[str, np.ndarray], Any]:
 
 def _other_versions(view: archive.ArchiveView) -> list[str]:
     """Return the versions that made an archive where they differ from those of this process."""
-    held = {name: view.attrs.get(name) for name in makers()}
+    versions = {name: view.attrs.get(name) for name in makers()}
     return [
-        f"{name} {str(held[name])[:20]}, not {value[:20]}"
+        f"{name} {str(versions[name])[:20]}, not {value[:20]}"
         for name, value in makers().items()
-        if held[name] != value
+        if versions[name] != value
     ]
 
 
@@ -392,8 +392,10 @@ def _entries(document: Mapping[str, Any], place: str = "") -> Iterator[tuple[str
 def _first(words: Iterable[str]) -> str:
     """Return the first few of a list of words, separated by commas."""
     texts = [*words]
-    more = [f"and {len(texts) - _MOST_DIFFERENCES} more"] if len(texts) > _MOST_DIFFERENCES else []
-    return ", ".join([*texts[:_MOST_DIFFERENCES], *more])
+    left_out = len(texts) - _MOST_DIFFERENCES
+    if left_out > 0:
+        texts[_MOST_DIFFERENCES:] = [f"and {left_out} more"]
+    return ", ".join(texts)
 
 
 def _temporary(folder: Path) -> Path:

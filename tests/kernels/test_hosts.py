@@ -121,6 +121,9 @@ def complementary(D, u):
     raise AssertionError("no solution")
 
 
+AT_ONCE = 1e-15  # distance [m] within which walls are touched at one instant, as a start may be
+
+
 def by_scipy(system, periods, rtol=1e-12, start=None):
     """Return the last state (X, V), and times and speeds of touches, by DOP853 between events.
 
@@ -225,7 +228,11 @@ def by_scipy(system, periods, rtol=1e-12, start=None):
         if is_touch:
             touches.append((t, speed))
         if is_rigid[met] and is_touch:
-            strike(t, y, [met, *(i for i in number if closed[i] and is_rigid[i])])
+            others = [i for i in number if is_rigid[i] and i != met]
+            places = {i: abs(sides[i] @ y[:size] - gaps[i]) for i in others}
+            at_once = [i for i in others if not closed[i] and places[i] < AT_ONCE]
+            touches += [(t, v) for v in sides[at_once] @ y[size:] if v > 0]
+            strike(t, y, [met, *(i for i in others if closed[i]), *at_once])
         else:
             closed[met], pushes[met] = not closed[met], True
         held = [i for i in number if closed[i] and is_rigid[i]]

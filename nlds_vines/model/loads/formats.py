@@ -116,8 +116,10 @@ def _blocks(form: Format, above: re.Pattern[str], lines: Lines) -> Iterator[Bloc
             expression = re.compile(pattern, re.IGNORECASE)
             matches = (expression.search(text) for text in reversed(words))
             match = next((one for one in matches if one is not None), None)
-            found = {} if match is None else match.groupdict()
-            facts = {**{key: text for key, text in found.items() if text}, **facts}
+            groups = {} if match is None else match.groupdict()
+            for key, text in groups.items():
+                if text:
+                    facts.setdefault(key, text)
         kind = facts.get("kind", "acceleration")
         if not kind.lower().startswith("acc"):
             raise RequestError(f"holds a {kind.lower()}; needs an acceleration or a force")

@@ -11,20 +11,25 @@ stand in `__init__.pyi`, which tells their types as well.
 
 from __future__ import annotations
 
-import re
 from importlib import import_module
-from pathlib import Path
-from typing import Any
 
-_HOMES: dict[str, str] = {
-    name: home
-    for home, name in re.findall(
-        r"^from nlds_vines\.([\w.]+) import (\w+) as \2$",
-        Path(__file__).with_suffix(".pyi").read_text("ascii"),
-        re.MULTILINE,
-    )
-}
-"""The modules in which public names are, as `__init__.pyi` says."""
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # as `typing` has it, which a program loads when it can take signals
+    from typing import Any
+
+
+def _homes() -> dict[str, str]:
+    """Return the modules in which public names are, as `__init__.pyi` says."""
+    homes = {}
+    with open(__file__.rpartition(".")[0] + ".pyi", encoding="ascii") as stub:
+        for line in stub:
+            if line.startswith(f"from {__name__}."):
+                words = line.split()
+                homes[words[3]] = words[1].removeprefix(f"{__name__}.")
+    return homes
+
+
+_HOMES = _homes()
 
 __all__ = sorted({*_HOMES, "__version__"})
 

@@ -6,9 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, exit_status_of, say
-from nlds_vines.errors import unknown
-from nlds_vines.runs import interrupts
+from nlds_vines.cli.entry import run
 
 USUAL = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
@@ -61,6 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
 
     def work() -> int:  # what a command needs is loaded here
+        from nlds_vines.cli.terminal import DONE, WRONG_REQUEST, complain, say
+        from nlds_vines.errors import unknown
+
         name = arguments[0] if arguments else "--help"
         if name in COMMANDS:
             module, _ = COMMANDS[name]
@@ -80,9 +81,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("", f"error: {unknown('command', name, COMMANDS)}")
         return WRONG_REQUEST
 
-    status = exit_status_of("", work)
+    status = run(work)
     if argv is None:  # this process is the command
-        interrupts.end_with(status)
+        from nlds_vines.runs.interrupts import end_with
+
+        end_with(status)
     return status
 
 

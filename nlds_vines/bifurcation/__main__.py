@@ -1,5 +1,5 @@
 """`python -m nlds_vines.bifurcation`."""
 
-from nlds_vines.bifurcation.command import main
+from nlds_vines.cli.entry import run_module
 
-raise SystemExit(main())
+raise SystemExit(run_module("nlds_vines.bifurcation.command"))

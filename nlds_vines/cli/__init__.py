@@ -1,4 +1,4 @@
 """What all commands have in common.
 
-Modules in reading order: terminal, options, running, command.
+Modules in reading order: entry, terminal, options, running, command.
 """

@@ -1,5 +1,5 @@
 """`python -m nlds_vines.explore`."""
 
-from nlds_vines.explore.command import main
+from nlds_vines.cli.entry import run_module
 
-raise SystemExit(main())
+raise SystemExit(run_module("nlds_vines.explore.command"))

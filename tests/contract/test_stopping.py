@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from commands import python, started
+from commands import printed, python, started
 from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.__main__ import main as console
@@ -446,6 +446,49 @@ def test_an_error_that_a_library_makes_of_a_signal_is_the_signal(number, status,
     assert capsys.readouterr().err == "nlds-vines plot: interrupted\n"
     with pytest.raises(SystemError):
         exit_status_of("plot", lambda: (_ for _ in ()).throw(SystemError("its own")))
+
+
+LOADING = """
+import os, runpy, signal, sys
+
+class Finder:
+    def find_spec(name, path, target=None):
+        if name == {name!r}:
+            os.kill(os.getpid(), signal.{number})
+
+sys.meta_path.insert(0, Finder)
+sys.argv = ["program", *{words!r}]
+runpy.run_module({module!r}, run_name="__main__", alter_sys=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "status"),
+    [
+        ("nlds_vines.cli.terminal", "SIGINT", 130), ("nlds_vines.errors", "SIGINT", 130),
+        ("numpy", "SIGINT", 130), ("numpy", "SIGTERM", 143),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("module", "words"), [("nlds_vines", ["tuning", "--dry-run"]), ("nlds_vines.tuning", [])]
+)
+def test_a_signal_while_a_program_loads_its_modules_ends_it_in_one_line(
+    module, words, name, number, status
+):
+    program = LOADING.format(name=name, number=number, module=module, words=words)
+    done = python("-c", program)
+    assert (done.returncode, done.stdout) == (status, "")
+    assert done.stderr in ("nlds-vines: interrupted\n", "nlds-vines tuning: interrupted\n")
+
+
+def test_what_is_loaded_before_a_program_takes_signals_is_next_to_nothing():
+    """Until then Python answers Ctrl-C with a traceback."""
+    program = (
+        "import sys; before = {*sys.modules}; import nlds_vines.cli.entry, nlds_vines.__main__;"
+        "print(*sorted({*sys.modules} - before))"
+    )
+    heavy = {"re", "enum", "typing", "pathlib", "signal", "threading", "argparse", "numpy"}
+    assert not heavy & {*printed("-S", "-c", program).split()}
 
 
 OVER = """

@@ -167,10 +167,14 @@ def _along(world, system, omega):
     damper = world.damper(omega) if callable(world.damper) else world.damper
     share = damper if system.kind == "ssul" else 0.2
     far = (k * world.walls).astype(int)
+    by_wall = np.stack([k - far, far], axis=1)
+    is_periodic, periods = n > 0, np.maximum(n, 1)
     return {
-        "E1max": E1, "E2max": share * E1, "periodicity": n, "impact_count": k, "label": label,
+        "E1max": E1, "E2max": share * E1, "periodicity": n, "label": label,
+        "impact_count": np.where(is_periodic, k, -1), "impact_rate": k / periods,
         "reduction": np.full(omega.size, world.reduction),
-        "impacts_by_wall": np.stack([k - far, far], axis=1),
+        "impacts_by_wall": np.where(is_periodic[:, np.newaxis], by_wall, -1),
+        "impact_rate_by_wall": by_wall / periods[:, np.newaxis],
     }  # fmt: skip
 
 

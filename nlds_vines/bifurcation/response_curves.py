@@ -553,7 +553,9 @@ class ResponseCurve(Outlined):
     def cycles(self, start: int = 0) -> np.ndarray:
         """Return "n,k" for each orbit nT,k, "" for another one; an empty array if not recorded."""
         n, k = (self.numbers.get(name) for name in ("periodicity", "impact_count"))
-        if n is None or k is None or (k < 0).all():  # without walls
+        if n is None or k is None:
+            return np.empty(0, dtype=np.str_)
+        if (k < 0).all() and not self.case.scan.system.scene.walls:
             return np.empty(0, dtype=np.str_)
         pairs = zip(n[:, start], k[:, start], strict=True)
         return np.array(

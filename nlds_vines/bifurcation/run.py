@@ -34,7 +34,7 @@ from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import recorded
 from nlds_vines.orbits import records
-from nlds_vines.orbits.batch import Kernels, Wanted, agreement, spectra_of
+from nlds_vines.orbits.batch import Kernels, Wanted, agreement, impacts_per_cycle, spectra_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.solver_settings import most_watched
@@ -234,15 +234,17 @@ class Computer:
             if buffers.response is not None:
                 arrays |= self.kernels.responses(outputs, chains)
             if buffers.cycle is not None:
-                arrays["periodicity"], by_wall = buffers.cycle[..., 0], buffers.cycle[..., 1:]
-                arrays["impact_count"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+                arrays["periodicity"] = period = buffers.cycle[..., 0]
+                impacts, by_wall = impacts_per_cycle(period, buffers.cycle[..., 1:])
+                arrays["impact_count"], arrays["impacts_by_wall"] = impacts, by_wall
             if buffers.counts is not None:
                 arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
+                arrays["impact_rate_by_wall"] = outputs.by_wall / scan.periods
             if outputs.evidence is not None:
                 arrays |= self.kernels.verdicts(outputs, chains)
-            if "impacts_by_wall" in arrays:
-                by_damper = scan.system.scene.by_damper(arrays["impacts_by_wall"])
-                arrays["impacts_by_wall"] = by_damper
+            for name in ("impacts_by_wall", "impact_rate_by_wall"):
+                if name in arrays:
+                    arrays[name] = scan.system.scene.by_damper(arrays[name])
         if "spectra_agree" in datasets:
             regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
             arrays["spectra_agree"] = agreement(regimes, n, labels, scan.periods)

@@ -21,7 +21,15 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import SIDES
-from nlds_vines.model.quantities import BY_NAME, COORDINATES, ERROR, QUANTITIES, TOUCHED, drawn_in
+from nlds_vines.model.quantities import (
+    BY_NAME,
+    COORDINATES,
+    COUNTS_PER_CYCLE,
+    ERROR,
+    QUANTITIES,
+    TOUCHED,
+    drawn_in,
+)
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
@@ -290,6 +298,9 @@ def stored(path: str | os.PathLike[str], unit: str | None = None) -> Stored:
                 arrays[name] = view.take(name, forcing_period=slice(-shape[-2], None))
             else:
                 arrays[name] = view[name]
+        for name in {*COUNTS_PER_CYCLE} & {*arrays}:
+            # archives of 0.1.0 count those of the sampled window where there is no period
+            arrays[name][arrays["periodicity"] == 0] = BY_NAME[name].fill
         return Stored(scan, arrays, view.attrs, path, unit)
 
 

@@ -62,6 +62,17 @@ def labels_of(
     return np.array(names, dtype=object)[index.ravel()].reshape(regime.shape)
 
 
+def is_struck(numbers: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return whether orbits have impacts, from the datasets of a scan by name.
+
+    Those of a periodic orbit are counted on its cycle, others by their rate.  Archives of 0.1.0
+    may lack the rate: their counts are those of the sampled window without a period.
+    """
+    period, counts = numbers["periodicity"], numbers["impact_count"]
+    rates = numbers.get("impact_rate", counts)
+    return np.where(period > 0, counts > 0, rates > 0)
+
+
 def least_lifetime(watched: float, level: float = 0.95) -> float:
     """Return a lower bound of the mean lifetime [forcing periods] of chaos that has not ended.
 

@@ -271,16 +271,20 @@ QUANTITIES = (
     ),
     *_response("power_in", "W", "mean power put in by {by}", "power put in", column=POWERS + 3),
     _whole(
-        "impact_count", "impacts per nT; where no period was found, per sampled window",
+        "impact_count", "impacts per nT; -1 where no period was found (`impact_rate` counts there)",
         ("impacts", "regime"), has=_walls, label="impacts per $n$T",
     ),
     Quantity(
-        "impact_rate", "1", "impacts per forcing period", ("impacts",), has=_walls,
+        "impact_rate", "1", "impacts per forcing period", ("impacts", "regime"), has=_walls,
         drawn=(MAPS, CURVES),
     ),
     _whole(
-        "impacts_by_wall", "impacts by what is struck, counted as `impact_count`", ("impacts",),
-        has=_two_walls, dims=("damper", "wall"), label="impacts per $n$T",
+        "impacts_by_wall", "impacts per nT by what is struck; -1 where no period was found",
+        ("impacts",), has=_two_walls, dims=("damper", "wall"), label="impacts per $n$T",
+    ),
+    Quantity(
+        "impact_rate_by_wall", "1", "impacts per forcing period by what is struck", ("impacts",),
+        "impacts per forcing period", has=_two_walls, dims=("damper", "wall"),
     ),
     Quantity(
         "impact_speed", "m/s", _SPEEDS, ("speeds", "impact_section"), "approach speed",
@@ -436,6 +440,9 @@ QUANTITIES = (
     _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
 )  # fmt: skip
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
+
+# of a cycle of nT, beside `periodicity`
+COUNTS_PER_CYCLE = ("impact_count", "impacts_by_wall")
 
 # the words of `[record] want`, in the order in which a request keeps them
 RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))

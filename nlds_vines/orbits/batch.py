@@ -222,8 +222,7 @@ class Kernels:
         """Return the datasets of the verdicts on `cells` (sweeps, cells) by name."""
         assert outputs.evidence is not None
         layout = layout_of(len(self._wanted.scene.components))
-        arguments = outputs.status, outputs.evidence, outputs.by_wall, cells["omega"]
-        arrays = evidence_arrays(*arguments, layout)
+        arrays = evidence_arrays(outputs.status, outputs.evidence, cells["omega"], layout)
         arrays["orbit_point"] = user_states(cells, arrays["orbit_point"], self._wanted.scene)
         return arrays
 
@@ -328,12 +327,11 @@ def multipliers_of(rows: np.ndarray, size: int, width: int = 4) -> tuple[np.ndar
 
 
 def evidence_arrays(
-    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, omega: np.ndarray, layout: Layout
+    status: np.ndarray, rows: np.ndarray, omega: np.ndarray, layout: Layout
 ) -> dict[str, np.ndarray]:
     """Return the datasets of verdicts by name, `orbit_point` in the kernels' coordinates.
 
-    Arguments: `status` (...); `rows` of evidence (..., length); impact `counts` (..., walls) of the
-    sampled window; `omega` (...) [rad/s].
+    Arguments: `status` (...); `rows` of evidence (..., length); `omega` (...) [rad/s].
     """
     rows, (size, width) = _without_failed(status, rows), layout[:2]
     multipliers, logarithms = multipliers_of(rows, size, width)
@@ -350,7 +348,7 @@ def evidence_arrays(
     arrays["exponents"] = np.where(np.isnan(measured) | is_resolved, of_cycle, measured)
     point = codes.EXPONENTS + width + width * width
     arrays["orbit_point"] = rows[..., point : point + width]
-    return arrays | _regimes_of(status, rows, counts, layout)
+    return arrays | _regimes_of(status, rows, layout)
 
 
 def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -361,13 +359,9 @@ def _without_failed(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _regimes_of(
-    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, layout: Layout
-) -> dict[str, np.ndarray]:
+def _regimes_of(status: np.ndarray, rows: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
     period = rows[..., codes.CYCLE_PERIOD].astype(np.int64)
-    of_cycle = rows[..., layout.impacts]
-    by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
-    impacts = by_wall.sum(axis=-1)
+    impacts, by_wall = impacts_per_cycle(period, rows[..., layout.impacts])
     names = dict.fromkeys(layout.dampers)
     by_damper = [by_wall[..., np.equal(layout.dampers, name)].sum(axis=-1) for name in names]
     regime = flags_of(status, rows[..., codes.KIND].astype(np.int64))
@@ -378,6 +372,14 @@ def _regimes_of(
         "regime": regime,
         "label": labels_of(regime, period, impacts, *by_damper),
     }
+
+
+def impacts_per_cycle(period: np.ndarray, by_wall: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the impacts (...) per nT and those by wall, -1 where `period` n is 0."""
+    is_periodic = period > 0
+    impacts = np.where(is_periodic, by_wall.sum(axis=-1), -1)
+    by_wall = np.where(is_periodic[..., np.newaxis], by_wall, -1)
+    return impacts.astype(np.int64), by_wall.astype(np.int64)
 
 
 # ---- spectra ----

@@ -56,9 +56,11 @@ class Regime(Outlined):
     period : int
         n of an nT orbit; 0 if it is not periodic.
     impacts : int
-        Impacts per nT; of an orbit without a period, those of the sampled window.
+        Impacts per nT; -1 without a period.
     impacts_by_wall : (int, int) or mapping
         The same at the near and at the far wall; of a host by (damper, side of the wall).
+    impact_rate : float
+        Impacts per forcing period, in the sampled ones.
     multipliers : (4,) complex ndarray
         Floquet multipliers of the nT orbit, the largest modulus first; None without a period.
     lyapunov : float
@@ -99,6 +101,7 @@ class Regime(Outlined):
     period: int
     impacts: int
     impacts_by_wall: tuple[int, int] | Mapping[tuple[str, str], int]
+    impact_rate: float
     multipliers: np.ndarray | None
     lyapunov: float
     lyapunov_width: float
@@ -276,6 +279,7 @@ def classify(
         period=int(evidence["periodicity"]),
         impacts=int(evidence["impact_count"]),
         impacts_by_wall=engine.counts(evidence["impacts_by_wall"].tolist()),
+        impact_rate=float(outputs.by_wall[0, 0].sum()) / sampled,
         multipliers=pairs[:, 0] + 1j * pairs[:, 1] if periodic else None,
         exponents=evidence["exponents"],
         E1max=E1max,

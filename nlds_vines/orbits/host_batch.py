@@ -66,9 +66,9 @@ class HostKernels:
 
     def verdicts(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         assert outputs.evidence is not None
-        orbits, counts = HostOrbits(self._system), outputs.by_wall
-        arguments = outputs.status, outputs.evidence, counts[..., : orbits.walls.number]
-        arrays = evidence_arrays(*arguments, cells["omega"], orbits.layout)
+        orbits = HostOrbits(self._system)
+        arguments = outputs.status, outputs.evidence, cells["omega"], orbits.layout
+        arrays = evidence_arrays(*arguments)
         arrays["orbit_point"] = orbits.states(arrays["orbit_point"])
         return arrays
 

@@ -28,7 +28,9 @@ MOST = 0.5  # of the frequencies with impacts, least share at which both walls a
 
 def _both_sides(evidence: Evidence) -> Finding:
     data = evidence("3", "ssbl")
-    struck = data["impacts_by_wall"] > 0
+    counts, rates = data["impacts_by_wall"], data["impact_rate_by_wall"]
+    is_periodic = data["periodicity"][:, np.newaxis] > 0
+    struck = np.where(is_periodic, counts > 0, rates > 0)
     some, both = int(struck.any(axis=1).sum()), int(struck.all(axis=1).sum())
     alone = (struck & (struck.sum(axis=1) == 1)[:, np.newaxis]).sum(axis=0)
     walls = zip(data.system.scene.walls, alone.tolist(), strict=True)

@@ -47,7 +47,7 @@ def _possible(figure: str, name: str) -> Check:
         fine = np.linspace(data.omega[0], data.omega[-1], 300_001)
         free = response(data.system, fine).clears
         shown = ", ".join(f"{low:.4f} to {high:.4f}" for low, high in spans(fine, free))
-        settled = data["impact_count"] == 0
+        settled = ~data.is_struck
         wrong = settled & ~response(data.system, data.omega).clears
         missed = ~settled & response(data.system, data.omega).clears
         text = (

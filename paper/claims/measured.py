@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.model.labels import is_struck
 from nlds_vines.model.system import System
 from paper.request import FigureRequest
 
@@ -31,7 +32,7 @@ class Data:
         system: of the scan.
         axes: the values of the varied parameters by name.
         numbers: recorded numbers and labels by name, each of the shape of the cells;
-            `impacts_by_wall` has one more dimension, what is struck.
+            those by wall have one more dimension, what is struck.
     """
 
     system: System
@@ -48,6 +49,12 @@ class Data:
         if name not in self.numbers:
             raise Missing(f"{self.system.name}: {name} was not recorded")
         return self.numbers[name]
+
+    @property
+    def is_struck(self) -> np.ndarray:
+        """Whether there are impacts, in each cell; of a periodic orbit, on its cycle."""
+        names = "periodicity", "impact_count", "impact_rate"
+        return is_struck({name: self[name] for name in names})
 
     def peak(self, name: str = "E1max") -> tuple[float, float]:
         """Return the largest value along the frequency, and the frequency where it is."""

@@ -104,8 +104,8 @@ def _away(evidence: Evidence) -> Finding:
 
 def _wide_impacts(evidence: Evidence) -> Finding:
     data = evidence("2b", SET6)
-    share = float(np.mean(data["impact_count"] > 0))
-    first, last = next(iter(spans(data.omega, data["impact_count"] > 0)), (0.0, 0.0))
+    share = float(np.mean(data.is_struck))
+    first, last = next(iter(spans(data.omega, data.is_struck)), (0.0, 0.0))
     text = (
         f"without a gap from {first:.3f} to {last:.3f} rad/s; {100 * share:.0f} % of 5 to 8 rad/s"
     )
@@ -171,7 +171,7 @@ def _irregular(evidence: Evidence) -> Finding:
 
 def _windows(evidence: Evidence) -> Finding:
     data = evidence("2b", SET6)
-    free = spans(data.omega, data["impact_count"] == 0)
+    free = spans(data.omega, ~data.is_struck)
     widest = sorted(free, key=lambda span: span[0] - span[1])[:3]
     shown = ", ".join(f"{low:.4f} to {high:.4f}" for low, high in sorted(widest))
     inside = [span for span in free if span[1] < data.omega[-1]]

@@ -37,7 +37,7 @@ def scan(system="ssul-set6", want=WANTS, start="rest", vary=None):
         ("ssul-set6", "section", "section"),
         ("ssul-set6", "impacts", "impact_count impact_rate periodicity"),
         ("ssul-set6", "energy", "E1max E2max reduction"),
-        ("ssul-set6", "regime", "periodicity impact_count regime label"),
+        ("ssul-set6", "regime", "periodicity impact_count impact_rate regime label"),
         ("ssul-set6", "clearance", "clearance"),
         ("ssul-set6", "impacts regime", "impact_count impact_rate periodicity regime label"),
         ("tmd", "energy regime", "E1max E2max reduction periodicity regime label"),

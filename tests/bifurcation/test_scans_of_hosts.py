@@ -62,12 +62,17 @@ def test_a_cell_is_an_orbit_of_simulate():
         words = list(scan.table.datasets["impact_wall"].flags)
         walls = [words[code] for code in arrays["impact_wall"][place][0][: len(impacts)]]
         assert walls == [f"{one}{side}" for one, side in impacts[["damper", "wall"]].tolist()]
-        if arrays["periodicity"][place][0] == 0:  # otherwise they count per nT
-            counts = arrays["impacts_by_wall"][place][0]
-            for i, damper in enumerate("ab"):
-                for j, side in enumerate("+-"):
-                    is_here = (impacts["damper"] == damper) & (impacts["wall"] == side)
-                    assert counts[i, j] == is_here.sum()
+        rates, counts = (
+            arrays[name][place][0] for name in ("impact_rate_by_wall", "impacts_by_wall")
+        )
+        is_periodic = arrays["periodicity"][place][0] > 0
+        assert (arrays["impact_count"][place][0] >= 0) == is_periodic
+        for i, damper in enumerate("ab"):
+            for j, side in enumerate("+-"):
+                is_here = (impacts["damper"] == damper) & (impacts["wall"] == side)
+                assert rates[i, j] == is_here.sum() / 30
+                if (damper, side) != ("b", "+"):  # which is not there
+                    assert (counts[i, j] >= 0) == is_periodic
     assert arrays["impact_rate"].max() > 2.0
 
 
@@ -259,7 +264,9 @@ def test_verdicts_are_those_of_classify(tmp_path):
         cell = {name: values[i, 0] for name, values in arrays.items()}
         assert cell["label"] == regime.label
         assert (cell["periodicity"], cell["impact_count"]) == (regime.period, regime.impacts)
-        assert cell["impacts_by_wall"].sum() == regime.impacts
+        assert cell["impact_rate"] == regime.impact_rate
+        if regime.period:
+            assert cell["impacts_by_wall"].sum() == regime.impacts
         assert (cell["settling"], cell["watched"]) == (regime.settling, regime.watched)
         np.testing.assert_array_equal(cell["lyapunov"], regime.lyapunov)
         np.testing.assert_array_equal(cell["exponents"], regime.exponents)

@@ -21,6 +21,7 @@ from nlds_vines.explore.report_page import report_page, section_points
 from nlds_vines.orbits.records import CAPTURE_FLAGS, NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting.palette import colors
 from nlds_vines.portrait.request import load_portrait
+from scans import archived, unfilled
 
 SAMPLING = load_scan(None, {"sampling": MAP["sampling"]})
 SCAN = load_scan(MAP)
@@ -149,6 +150,19 @@ def test_maps_and_diagrams_show_what_is_computed_touches_and_modulation(small_ma
     captures = map_view.column(archive, "capture").ravel()
     np.testing.assert_array_equal(captures, np.arange(codes.size) % 5)
     assert "impact_phase" not in archive.arrays  # a map has no room for touches
+
+
+def test_chaos_has_a_rate_of_impacts_and_no_count(tmp_path):
+    """Also in an archive of 0.1.0, which counts those of its window."""
+    scan = load_scan(DIAGRAM)
+    arrays = unfilled(scan)
+    numbers = {"status": OK, "label": "chaos", "periodicity": 0, "impact_count": 97}
+    for name, value in (numbers | {"impact_rate": 0.8}).items():
+        arrays[name][...] = value
+    archive = stored(archived(tmp_path / "x.h5", scan, arrays))
+    _, *lines = map_view.cell_in_words(archive, (3, 0), 0)
+    assert "impacts per forcing period: 0.8" in lines
+    assert not any("per nT" in line for line in lines)
 
 
 @pytest.mark.kernels

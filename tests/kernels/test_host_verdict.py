@@ -84,6 +84,8 @@ def test_motions_of_a_host_without_a_period():
     assert 0.0 < chaos.lyapunov - chaos.lyapunov_width < chaos.lyapunov < 0.06
     assert chaos.exponents.sum() == pytest.approx(-1.3499966666666667, abs=1e-8)
     assert chaos.multipliers is None
+    assert (chaos.impacts, {*chaos.impacts_by_wall.values()}) == (-1, {-1})
+    assert chaos.impact_rate > 0.0
     passing = judged(SET6, omega=7.572, K=2.5e7)
     assert passing.label == "transient chaos to T,0"
     assert passing.settling > 50

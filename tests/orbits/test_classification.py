@@ -191,8 +191,12 @@ def test_a_regime_says_in_a_few_lines_what_it_is():
     assert lines[2].startswith("  orbit: 1 impact per T; settled after ")
     numbers = [line.split(":")[0] for line in lines[3:]]
     assert numbers == ["  Floquet multipliers", "  Lyapunov exponents [1/s]"]
-    chaotic = str(classify("ssul-set6", omega=7.42))
-    assert "not periodic; not settled in 3720 forcing periods" in chaotic
+    chaotic = classify("ssul-set6", omega=7.42)
+    assert "not periodic; not settled in 3720 forcing periods" in str(chaotic)
+    # impacts per nT have no number without n; their rate has
+    assert (chaotic.impacts, chaotic.impacts_by_wall) == (-1, (-1, -1))
+    orbit = simulate(load_system("ssul-set6", omega=7.42), 120, transient=600)
+    assert chaotic.impact_rate == len(orbit.impacts) / 120 > 0.5
 
 
 OMEGA, REST, N = 6.28, 0.3, 2
@@ -221,15 +225,14 @@ def test_rows_of_evidence_become_labels_multipliers_exponents_and_points():
             row[place : place + np.size(value)] = value
     cells = np.zeros((3, 1), CELL)
     cells["rest"] = REST
-    counts = np.array([[[7, 8]], [[5, 6]], [[1, 1]]])
     status = np.array([[OK], [OK], [DIVERGED]])
-    arrays = evidence_arrays(status, rows, counts, np.full((3, 1), OMEGA), layout_of(4))
+    arrays = evidence_arrays(status, rows, np.full((3, 1), OMEGA), layout_of(4))
     arrays["orbit_point"] = user_states(cells, arrays["orbit_point"], SCENES["ssul"])
     judged = {name: values[:, 0] for name, values in arrays.items()}
-    # labels count impacts of a cycle or of the window
+    # impacts are those of a cycle: without a period there is no count
     assert judged["label"].tolist() == ["2T,4", "chaos", "failed"]
-    assert judged["impacts_by_wall"].tolist()[:2] == [[3, 1], [5, 6]]
-    assert judged["impact_count"].tolist()[:2] == [4, 11]
+    assert judged["impacts_by_wall"].tolist() == [[3, 1], [-1, -1], [-1, -1]]
+    assert judged["impact_count"].tolist() == [4, -1, -1]
     assert judged["regime"].tolist() == [FLAGS[n] for n in ("periodic", "chaotic", "failed")]
     assert judged["settling"].tolist() == [17, -1, -1]
     # multipliers come by their moduli

@@ -329,7 +329,10 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     request = paper_results.requests()["2b"].computed
     omega = request.values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
-    numbers = {"E1max": omega, "E2max": omega, "impact_count": np.where(free, 0, 120)}
+    # by turns periodic and chaotic, which has a rate in place of a count
+    n = np.arange(omega.size) % 2
+    numbers = {"E1max": omega, "E2max": omega, "periodicity": n, "impact_rate": 1.0 * ~free}
+    numbers["impact_count"] = np.where(n == 0, -1, np.where(free, 0, 1))
     curves = curves_in(paper_results.write_curves(tmp_path / "a.h5", request, [numbers]))
     (frame,) = drawing.draw_curves(curves).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]

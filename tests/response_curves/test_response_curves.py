@@ -253,6 +253,15 @@ def test_archives_tell_regimes_along_curves_without_a_verdict(beside_a_scan):
     assert archive[response_curves.ALONE].cycles().size == 0
 
 
+def test_a_curve_without_any_period_is_dots():
+    """Chaos has no impacts per nT, as a structure without walls."""
+    numbers = {"E1max": np.arange(1.0, 6.0), "periodicity": np.zeros(5, int)}
+    numbers["impact_count"] = np.full(5, -1)
+    axes = axes_of(numbers, reduction=False)[0]
+    dots = [line for line in axes.lines if line.get_marker() == "o"]
+    assert len(dots[-1].get_xdata()) == 5
+
+
 def test_nothing_is_clipped_without_a_sign():
     """A reduction of -250 % is marked at the lower end of its panel; likewise zero in decades."""
     numbers = {"E1max": np.array([0.0, 20.0, 300.0]), "reduction": np.array([0.3, -2.5, -0.2])}

@@ -23,7 +23,7 @@ from nlds_vines.bifurcation.response_curves import (
     ResponseCurves,
     curves_of,
 )
-from nlds_vines.model.labels import FLAGS
+from nlds_vines.model.labels import FLAGS, is_struck
 from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.parameters import flat
 from nlds_vines.model.quantities import BY_NAME
@@ -244,7 +244,8 @@ def _shade(frame: Axes, curve: ResponseCurve, name: str) -> None:
     """Shade impacts, sweeps that differ in value or nT,k, and irregular responses."""
     values = curve.values
     if curve.case.shade and "impact_count" in curve.numbers:
-        for band in bands(values, np.where(curve["impact_count"] > 0, "impacts", "none")):
+        words = np.where(is_struck(curve.numbers)[:, 0], "impacts", "none")
+        for band in bands(values, words):
             if band.label == "impacts":
                 frame.axvspan(band.low, band.high, color=IMPACTS, linewidth=0, zorder=0)
             elif band.width >= _VISIBLE * (values[-1] - values[0]):

@@ -247,7 +247,7 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
             width = f" ± {regime.transient_lyapunov_width:.1g}"
             yield "before it settled", f"{regime.transient_lyapunov:.4g}{width} 1/s"
     if regime.settling >= 0:
-        yield "settled after", f"{regime.settling} periods"
+        yield "obeys its multipliers", f"from period {regime.settling} on"
     if isfinite(regime.clearance):
         yield "nearest miss", f"{regime.clearance:.3g} m"
     if isfinite(regime.softest):

@@ -17,7 +17,7 @@ from typing import Any
 from bokeh import events
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import Button, CustomJS, NumericInput, Select, Slider
+from bokeh.models import Button, CustomJS, CustomJSTickFormatter, NumericInput, Select, Slider
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import CellStart
@@ -30,6 +30,9 @@ from nlds_vines.explore.page_state import READY, Chosen, Job, Opened, SliderSpec
 # the least time between two images of a map under way: seconds, multiples of the painting time
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
 MAP_SIZE = (700, 340)  # pixels of a map or a diagram until the browser reports its size
+# the text of a parameter's value, 7 digits of it: with an exponent if its field would cut it
+VALUE_WIDTH = 112  # pixels, of the field
+_VALUE_TEXT = "const plain = `${tick}`; return plain.length <= 10 ? plain : tick.toExponential()"
 
 
 def in_words(error: Exception) -> str:
@@ -124,7 +127,10 @@ class Page:
                 title=title, start=low, end=high, value=value, step=(high - low) / 1000,
                 show_value=False, tooltips=False, **figures.WIDE,
             )  # fmt: skip
-            exact = NumericInput(mode="float", width=104, height=24, align="end", **figures.LOOK)
+            exact = NumericInput(
+                mode="float", format=CustomJSTickFormatter(code=_VALUE_TEXT), width=VALUE_WIDTH,
+                height=24, align="end", **figures.LOOK,
+            )  # fmt: skip
             self.on(slider, "value", partial(self.slide, spec.name))
             self.on(exact, "value", partial(self.set_value, spec.name))
             self.sliders[spec.name] = spec, slider, exact

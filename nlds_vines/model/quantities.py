@@ -329,7 +329,7 @@ QUANTITIES = (
     _text("label", "regime in words: nT,k, chaos, undetermined ...", ("regime",)),
     _whole(
         "settling",
-        "forcing periods until the section obeys the final orbit's own law; -1 if never",
+        "forcing period from which on returns obey the final orbit's multipliers; -1 if none",
         ("settling",), label="forcing periods until settled", buffer="evidence",
         column=ev.SETTLING, drawn=(MAPS,), scale=WAIT,
     ),

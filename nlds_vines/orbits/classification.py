@@ -86,7 +86,9 @@ class Regime(Outlined):
     softest : float
         Smallest approach speed [m/s] of its impacts.
     settling : int
-        Forcing periods until the section is within the tolerance of the final orbit; -1 if never.
+        The forcing period from which on every return obeys the multipliers of the final orbit, so
+        that its distance shrinks as they say; -1 if none.  The orbit need not be near yet: one
+        without impacts obeys them from rest, with 0.
     averaging : float
         Digits to which the averages over two halves of an orbit without a period agree.
     watched : int
@@ -129,7 +131,10 @@ class Regime(Outlined):
         per = "T" if self.period == 1 else f"{self.period}T"
         impacts = "1 impact" if self.impacts == 1 else f"{self.impacts} impacts"
         orbit = f"{impacts} per {per}" if self.period else "not periodic"
-        settled = f"settled after {self.settling} of" if self.settling >= 0 else "not settled in"
+        if self.settling >= 0:
+            settled = f"obeys its multipliers from period {self.settling} on; followed for"
+        else:
+            settled = "not settled in"
         yield "orbit", f"{orbit}; {settled} {self.watched} forcing periods"
         if self.multipliers is not None:
             moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)

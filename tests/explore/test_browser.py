@@ -182,6 +182,16 @@ def test_a_slider_moves_the_orbit(page, click, small_map):
     page.keyboard.press("Escape")
 
 
+def test_no_field_cuts_the_digits_of_a_value(page):
+    fields = page.locator("#parameters input.bk-input")
+    sizes = fields.evaluate_all("all => all.map((field) => [field.scrollWidth, field.clientWidth])")
+    assert len(sizes) > 10
+    assert all(needed <= there for needed, there in sizes)
+    values = fields.evaluate_all("all => all.map((field) => field.value)")
+    assert values.count("2.1e+11") == 1  # E1 [Pa]
+    assert values.count("20500000") == 1  # E2 [Pa]
+
+
 def test_a_click_in_a_phase_plane_begins_there(page):
     left, top, width, height = explore.frame_of(page, "phase2")
     acted(page, lambda: page.mouse.click(left + 0.6 * width, top + 0.4 * height))

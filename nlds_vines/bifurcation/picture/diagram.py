@@ -19,8 +19,10 @@ from matplotlib.ticker import PercentFormatter
 from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.picture import choices
 from nlds_vines.bifurcation.picture.choices import SECTION, Quantity, Slice
+from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS, final
 from nlds_vines.model.parameters import SIDES
@@ -165,6 +167,8 @@ def _usual_rows(
     places += choices.drawn_by(TOUCHED, recorded)
     if not places:
         numbers = choices.drawn_by(CURVES, recorded)
+        if "impacts" not in view.request(SCAN, load_scan).want:  # the strips tell the impacts
+            numbers = [name for name in numbers if name != "impact_rate"]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
             numbers = [name for name in numbers if name != "periodicity"]
         return numbers + below

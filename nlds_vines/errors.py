@@ -249,6 +249,13 @@ def dof_name(what: str, label: object) -> str:
     raise RequestError(f"{what}: {shown(label)} must be a text or a whole number")
 
 
+def by_dof_names(what: str, values: object) -> object:
+    """Return a mapping whose keys are names of degrees of freedom; other values as they are."""
+    if not isinstance(values, Mapping):
+        return values
+    return {dof_name(what, label): value for label, value in values.items()}
+
+
 def refuse_bytes(what: str, text: str) -> None:
     """Raise `RequestError` for a null character, or for bytes that are no UTF-8."""
     if "\0" in text:

@@ -22,6 +22,7 @@ from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import (
     RequestError,
     at,
+    by_dof_names,
     check_name,
     choice,
     dof_name,
@@ -430,13 +431,13 @@ class Host(Outlined):
         """The degrees of freedom that forces and dampers may act on: those not condensed."""
         return tuple(name for name in self.dofs if name not in self.condensed)
 
-    def row(self, dof: str) -> np.ndarray:
+    def row(self, dof: str | int) -> np.ndarray:
         """Return the displacement of a degree of freedom by coordinate, (n,).
 
         Parameters
         ----------
-        dof : str
-            Its name.
+        dof : str or int
+            Its name, or the number of its node.
 
         Returns
         -------
@@ -448,13 +449,18 @@ class Host(Outlined):
         RequestError
             For a name that the host does not have.
         """
-        index = self.dofs.index(choice("degree of freedom", dof, self.dofs))
+        name = dof_name("degree of freedom", dof)
+        index = self.dofs.index(choice("degree of freedom", name, self.dofs))
         unit = np.zeros(len(self.dofs))
         unit[index] = 1.0
         return self.shape.T @ unit
 
     def reduced(
-        self, keep: int | None = None, *, below: float | None = None, statics: Sequence[str] = ()
+        self,
+        keep: int | None = None,
+        *,
+        below: float | None = None,
+        statics: Sequence[str | int] = (),
     ) -> Host:
         """Return the host reduced to its lowest modes and to chosen static responses.
 
@@ -468,7 +474,7 @@ class Host(Outlined):
             The number of modes.
         below : float, optional
             In its place, the frequency [rad/s] up to which modes are kept.
-        statics : sequence of str, optional
+        statics : sequence of str or int, optional
             Names of degrees of freedom.
 
         Returns
@@ -509,8 +515,8 @@ class Host(Outlined):
             if keep == 0:
                 lowest = f"{self.frequencies[0]:.4g} rad/s"
                 raise RequestError(f"below = {limit:g} leaves no mode: the lowest has {lowest}")
-        statics = _sequence("statics", statics)
-        most = n if n <= MOST_DENSE else MOST_DENSE - len(statics)
+        places = [dof_name("statics", label) for label in _sequence("statics", statics)]
+        most = n if n <= MOST_DENSE else MOST_DENSE - len(places)
         count = whole("keep", keep, 1, most)
         squares, vectors = (
             _modes(self.K, self.M, count)
@@ -518,10 +524,10 @@ class Host(Outlined):
             else (self._squares[:count], self._vectors[:, :count])
         )
         basis = [vectors]
-        if statics and count < n:
+        if places and count < n:
             # K may be singular: the load has no part in the kept modes, a small mass changes little
             stiffness = self.K + 1e-8 * (squares[-1] or 1.0) * self.M
-            for dof in statics:
+            for dof in places:
                 row = self.row(dof)
                 load = row - self.M @ (vectors @ (vectors.T @ row))
                 if scipy.sparse.issparse(stiffness):
@@ -547,7 +553,7 @@ class Host(Outlined):
             V = np.hstack([vectors, span @ turned])
         C = None if self.C is None or self.ratio is not None else V.T @ (self.C @ V)
         host = Host(np.eye(V.shape[1]), np.diag(squares), C, ratio=self.ratio)
-        names = ", ".join(statics)
+        names = ", ".join(places)
         note = f"{count} of {n} modes" + (names and f" and the static response of {names}")
         note = f"{self.note}, {note}" if self.condensed else note
         inertia = V.T @ self.inertia
@@ -595,7 +601,7 @@ class Host(Outlined):
         if base is not None:
             load = -number("base", base) * self.inertia
         else:
-            amplitudes = table("force", force, self.places)
+            amplitudes = table("force", by_dof_names("force", force), self.places)
             load = sum(
                 (number(f"force.{dof}", P) * self.row(dof) for dof, P in amplitudes.items()),
                 np.zeros(len(self.inertia)),

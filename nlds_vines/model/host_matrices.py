@@ -42,6 +42,7 @@ _ASYMMETRY = 1e-8
 
 _LARGEST = 1e100  # entry of a matrix [SI]: the products of three of them are finite
 _LONGEST_NAME = 64  # bytes of a name in a .npz
+_MOST_NAMED = 8  # arrays that an error lists
 _HEADER = 10_000  # bytes of the header of a .npy
 
 NAMES: Mapping[str, tuple[str, ...]] = {
@@ -178,6 +179,8 @@ def read_arrays(path: Path) -> dict[str, Any]:
         raise RequestError(
             f"a {suffix} file holds one matrix: nv.Host(M='M{suffix}', K='K{suffix}') reads two"
         )
+    if suffix in (".toml", ".h5"):
+        raise RequestError(f"a {suffix} file holds no host: nv.load_system reads a system of .toml")
     if suffix != ".npz":
         _refuse_suffix(suffix)
     members = _members(read_bytes(path, MOST_BYTES))
@@ -189,8 +192,7 @@ def read_arrays(path: Path) -> dict[str, Any]:
         if present:
             arrays[name] = members[present[0]]
         elif name != "C":
-            has = ", ".join(members) or "none"
-            raise RequestError(f"has no array {name} (or {', '.join(aliases[1:])}); it has: {has}")
+            raise members.lack(name)
     for name in ("influence", "dofs"):
         if name in members:
             values = np.ravel(members[name])
@@ -259,12 +261,27 @@ def _array_in(data: bytes) -> np.ndarray:
         return values.reshape(shape, order="F" if is_fortran else "C")
 
 
-def _members(data: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays in the bytes of a .npz file by name.
+class _Members(dict[str, np.ndarray]):
+    """The arrays of a .npz file that are read, by name; `others` are the names of the rest."""
+
+    others: list[str]
+
+    def lack(self, name: str) -> RequestError:
+        """Return the error for a matrix that is not among the arrays."""
+        has = [*self, *self.others]
+        words = ", ".join(has[:_MOST_NAMED]) + ", ..." * (len(has) > _MOST_NAMED)
+        return RequestError(
+            f"has no array {name} (or {', '.join(NAMES[name][1:])}); it has: {words or 'none'}"
+        )
+
+
+def _members(data: bytes) -> _Members:
+    """Return the arrays in the bytes of a .npz file.
 
     What its members take when they are decompressed is limited before they are: 3 MB may be 5 GB.
     """
-    arrays: dict[str, np.ndarray] = {}
+    arrays = _Members()
+    arrays.others = []
     with _in_one_line(), zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries = archive.infolist()
         total = sum(entry.file_size for entry in entries)
@@ -281,6 +298,7 @@ def _members(data: bytes) -> dict[str, np.ndarray]:
             if entry.flag_bits & 1 or not is_plain:
                 raise RequestError(f"its member {shown(name)} is encrypted or packed otherwise")
             if not _is_read(name):
+                arrays.others.append(name)
                 continue
             with archive.open(entry) as member:
                 content = member.read(entry.file_size + 1)
@@ -289,7 +307,7 @@ def _members(data: bytes) -> dict[str, np.ndarray]:
     return arrays
 
 
-_OF_SPARSE = ("data", "row", "col", "indices", "indptr", "shape", "format")
+_OF_SPARSE = ("data", "row", "col", "indices", "indptr", "offsets", "shape", "format")
 
 
 def _is_read(name: str) -> bool:
@@ -305,32 +323,69 @@ def _npz(name: str, data: bytes) -> Labeled:
         return Labeled(_saved_sparse(members), ())
     present = [alias for alias in NAMES[name] if alias in members]
     if len(present) != 1:
-        has = ", ".join(members) or "none"
-        raise RequestError(f"has no array {name} (or {', '.join(NAMES[name][1:])}); it has: {has}")
+        raise members.lack(name)
     return Labeled(members[present[0]], ())
+
+
+_PLACES = {
+    "coo": ("row", "col"),
+    "csr": ("indices", "indptr"),
+    "csc": ("indices", "indptr"),
+    "bsr": ("indices", "indptr"),
+    "dia": ("offsets",),
+}
+"""The arrays that say where the entries of a sparse matrix are, by its format."""
+
+_DIMENSIONS = {"dia": 2, "bsr": 3}  # of the entries, otherwise 1
 
 
 def _saved_sparse(members: Mapping[str, np.ndarray]) -> Any:
     form = str(members["format"].astype("U").item()) if members["format"].size == 1 else ""
     shape = members["shape"].ravel().tolist()
     values = members["data"]
-    needed = {"coo": ("row", "col"), "csr": ("indices", "indptr"), "csc": ("indices", "indptr")}
-    if form not in needed or not {*needed[form]} <= members.keys():
-        raise RequestError(f"is no sparse matrix in the format coo, csr or csc: {shown(form)}")
-    one, other = (members[key] for key in needed[form])
-    is_whole = all(array.dtype.kind in "iu" and array.ndim == 1 for array in (one, other))
-    if not is_whole or values.ndim != 1 or values.dtype.kind not in "iufc" or len(shape) != 2:
+    if form not in _PLACES or not {*_PLACES[form]} <= members.keys():
+        formats = ", ".join(_PLACES)
+        raise RequestError(f"is no sparse matrix in one of the formats {formats}: {shown(form)}")
+    places = [members[key] for key in _PLACES[form]]
+    is_whole = all(array.dtype.kind in "iu" and array.ndim == 1 for array in places)
+    is_sound = values.ndim == _DIMENSIONS.get(form, 1) and values.dtype.kind in "iufc"
+    if not is_whole or not is_sound or len(shape) != 2:
         raise RequestError("is damaged: its arrays are no sparse matrix")
     _check_size(shape)
-    if form != "coo":
-        count = shape[0] if form == "csr" else shape[1]
-        steps = other[1:].astype(np.int64) - other[:-1].astype(np.int64)
-        is_sound = other.size == count + 1 and other[0] == 0 and other[-1] == values.size
-        if not is_sound or (steps < 0).any():
-            raise RequestError("is damaged: its index pointers do not ascend to its entries")
-        groups = np.repeat(np.arange(count), steps)
-        one, other = (groups, one) if form == "csr" else (one, groups)
-    return _coordinates(shape, one, other, values)
+    if form == "dia":
+        return _diagonals(shape, values, places[0])
+    if form == "coo":
+        return _coordinates(shape, places[0], places[1], values)
+    indices, pointers = places
+    height, width = values.shape[1:] if form == "bsr" else (1, 1)
+    if height == 0 or width == 0 or shape[0] % height or shape[1] % width:
+        raise RequestError("is damaged: its blocks do not fit its shape")
+    count = shape[0] // height if form != "csc" else shape[1]
+    steps = pointers[1:].astype(np.int64) - pointers[:-1].astype(np.int64)
+    is_sound = pointers.size == count + 1 and pointers[0] == 0 and pointers[-1] == len(values)
+    if not is_sound or (steps < 0).any():
+        raise RequestError("is damaged: its index pointers do not ascend to its entries")
+    if indices.size != len(values):
+        raise RequestError("is damaged: its entries and their indices differ in number")
+    groups = np.repeat(np.arange(count), steps)
+    if form == "csc":
+        return _coordinates(shape, indices, groups, values)
+    if form == "bsr":
+        rows = groups[:, None, None] * height + np.arange(height)[:, None]
+        columns = indices[:, None, None].astype(np.int64) * width + np.arange(width)
+        groups = np.broadcast_to(rows, values.shape).ravel()
+        indices = np.broadcast_to(columns, values.shape).ravel()
+    return _coordinates(shape, groups, indices, values.ravel())
+
+
+def _diagonals(shape: Sequence[int], values: np.ndarray, offsets: np.ndarray) -> Any:
+    """Return the sparse matrix of `values` (diagonals, columns), each j - i = offset."""
+    if len(offsets) != len(values):
+        raise RequestError("is damaged: its diagonals and their offsets differ in number")
+    columns = np.broadcast_to(np.arange(values.shape[1]), values.shape)
+    rows = columns - offsets[:, None].astype(np.int64)
+    is_inside = (rows >= 0) & (rows < shape[0]) & (columns < shape[1])  # others are no entries
+    return _coordinates(shape, rows[is_inside], columns[is_inside], values[is_inside])
 
 
 def _check_size(shape: Sequence[Any]) -> None:
@@ -359,7 +414,7 @@ def _coordinates(shape: Sequence[int], rows: Any, columns: Any, values: Any) -> 
 
 # ---- text ----------------------------------------------------------------------------------------
 
-_NOTES = (b"#", b"%", b"//", b"!", b"**")  # marks before comments
+_NOTES = (b"#", b"%", b"//", b"!", b"**", b"sep=")  # marks before comments; the last is Excel's
 _FORTRAN = bytes.maketrans(b"dD", b"eE")  # exponents
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DECIMAL_COMMA = re.compile(rb"[+-]?[0-9]+,[0-9]+(?:[eEdD][+-]?[0-9]+)?")
@@ -385,15 +440,18 @@ def _text(name: str, data: bytes) -> Labeled:
         lines = _with_decimal_points(lines)
     first = lines[0].split(cut, _MOST_COLUMNS)
     has_names = not any(_NUMBER.fullmatch(cell.strip().translate(_FORTRAN)) for cell in first)
+    has_index = first[0].strip() == b"" and all(cell.strip().isdigit() for cell in first[1:])
     is_numbered = len(lines) == len(first) + 1 and all(cell.strip().isdigit() for cell in first)
     labels: list[str] = []
-    if (has_names or is_numbered) and len(lines) > 1:
+    if (has_names or has_index or is_numbered) and len(lines) > 1:
         labels = [cell.strip().decode("utf-8", "replace") for cell in first]
         lines = lines[1:]
         if labels[0] == "":
             labels = labels[1:]
             lines = [line.partition(cut or b" ")[2] for line in lines]
     lines = [line.translate(_FORTRAN) for line in lines]
+    if cut is not None:
+        _check_triangle(lines, cut)
     _check_widths([len(line.split(cut, _MOST_COLUMNS)) for line in lines])
     try:
         delimiter = None if cut is None else cut.decode()
@@ -447,14 +505,31 @@ def _with_decimal_points(lines: list[bytes]) -> list[bytes]:
     return [line.replace(b",", b".") for line in lines] if with_comma else lines
 
 
+def _check_triangle(lines: list[bytes], cut: bytes) -> None:
+    """Raise `RequestError` if all cells above or below the diagonal are empty, as from Excel."""
+    if len(lines) == 1 or not any(cut + cut in line or line.endswith(cut) for line in lines):
+        return
+    cells = [line.split(cut, _MOST_COLUMNS) for line in lines]
+    above = [[bool(cell.strip()) for cell in row[i + 1 :]] for i, row in enumerate(cells)]
+    below = [[bool(cell.strip()) for cell in row[:i]] for i, row in enumerate(cells)]
+    if not any(map(any, above)):
+        _refuse_triangle("lower")
+    if not any(map(any, below)):
+        _refuse_triangle("upper")
+
+
+def _refuse_triangle(side: str) -> None:
+    raise RequestError(
+        f"is the {side} triangle of a symmetric matrix alone: give all of its rows in full"
+    )
+
+
 def _check_widths(widths: Sequence[int]) -> None:
     """Raise `RequestError` unless a text has as many numbers in each row as it has rows."""
     count = len(widths)
     for side, triangle in (("lower", range(1, count + 1)), ("upper", range(count, 0, -1))):
         if count > 1 and [*widths] == [*triangle]:
-            raise RequestError(
-                f"is the {side} triangle of a symmetric matrix alone: give all of its rows in full"
-            )
+            _refuse_triangle(side)
     for row, width in enumerate(widths, start=1):
         if width != widths[0]:
             raise RequestError(f"row {row} has {width} numbers, the first one {widths[0]}")

@@ -16,8 +16,10 @@ from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import (
     RequestError,
     at,
+    by_dof_names,
     check_name,
     choice,
+    dof_name,
     number,
     shown,
     string,
@@ -136,7 +138,7 @@ class Damper:
     ----------
     name : str
         Its name.
-    attached_to : str or (str, str)
+    attached_to : str or int, or two of these
         The degree of freedom that its mass hangs on; or two, the second of which may be "ground",
         of a damper without a mass of its own.
     m : float, optional
@@ -171,7 +173,7 @@ class Damper:
     """
 
     name: str
-    attached_to: str | Sequence[str]
+    attached_to: str | int | Sequence[str | int]
     m: float | None = None
     k: float = 0.0
     c: float = 0.0
@@ -189,13 +191,16 @@ class Damper:
                 f"name = {shown(self.name)} has {len(self.name)} letters; allowed: {LONGEST_NAME}"
             )
         with at(f"damper {self.name!r}"):
-            has_mass, ends = isinstance(self.attached_to, str), self.attached_to
-            is_pair = isinstance(ends, list | tuple) and [*map(type, ends)] == [str, str]
-            if not (has_mass or (is_pair and ends[0] != ends[1])):
+            places = self.attached_to
+            has_mass = not isinstance(places, list | tuple)
+            labels = places if isinstance(places, list | tuple) else [places]
+            ends = tuple(dof_name("attached_to", label) for label in labels)
+            if not has_mass and (len(ends) != 2 or ends[0] == ends[1]):
                 raise RequestError(
                     f"attached_to = {shown(self.attached_to)} must be a degree of freedom, or two "
                     "different ones"
                 )
+            self.__dict__["attached_to"] = ends[0] if has_mass else ends
             if has_mass == (self.m is None):
                 raise RequestError(
                     "a mass m is missing" if has_mass else "has no mass m between two bodies"
@@ -215,8 +220,6 @@ class Damper:
                     f"its walls overlap by {overlap:g} m: the sum of their gaps must be >= 0"
                 )
             self.__dict__["walls"] = walls
-            if not has_mass:
-                self.__dict__["attached_to"] = tuple(ends)
 
     def _follow_ratios(self) -> None:
         """Set k and c if they are stated as a frequency, or as a ratio."""
@@ -280,7 +283,8 @@ class Damper:
     def places(self) -> tuple[str, ...]:
         """The degree of freedom, or the two, that it is attached to."""
         ends = self.attached_to
-        return (ends,) if isinstance(ends, str) else tuple(ends)
+        labels = ends if isinstance(ends, tuple) else (ends,)
+        return tuple(str(label) for label in labels)
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -695,7 +699,7 @@ class HostSystem(Outlined):
         dampers = [
             {
                 "name": damper.name,
-                PLACE: ends if isinstance(ends := damper.attached_to, str) else list(ends),
+                PLACE: list(damper.places) if damper.m is None else damper.places[0],
                 **damper.statements,
                 "walls": [
                     {"gap": wall.gap, "side": wall.side, "law": wall.law, **wall.statements}
@@ -852,10 +856,11 @@ def system_from_host(
         table("base", base, ("influence", "acceleration"))
         influence = base.get("influence", ALL)
         if influence != ALL:
+            influence = by_dof_names("influence", influence)
             host = with_influence(host, table("influence", influence))
         acceleration = number("acceleration", base.get("acceleration"))
     else:
-        for dof, P in table("force", force).items():
+        for dof, P in table("force", by_dof_names("force", force)).items():
             choice("degree of freedom of the force", dof, host.places)
             forces[dof] = number(f"force.{dof}", P)
     if not _are(Damper, dampers):

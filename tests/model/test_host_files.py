@@ -207,7 +207,11 @@ WRONG = [
     ('name = "cell"', 'nam = "cell"', r"\[\[system.dampers\]\] 1: unknown key 'nam'"),
     ('name = "cell"', "", r"\[\[system.dampers\]\] 1: name is missing"),
     ('name = "stop"', 'name = "cell"', "damper 'cell': the name is taken"),
-    ('attached_to = "roof"', "attached_to = 3", "attached_to = 3 must be a degree of freedom, or"),
+    (
+        'attached_to = "roof"',
+        "attached_to = 3.5",
+        "attached_to: 3.5 must be a text or a whole number",
+    ),
     ("gap = 0.02", "gape = 0.02", r"\[\[system.dampers\]\] 2: wall 1: unknown key 'gape'"),
     ("gap = 0.02", "", r"\[\[system.dampers\]\] 2: wall 1: gap is missing"),
     ("kc = 1e6", "K = 1e6", "wall 1: unknown constant of law 'linear' 'K'"),

@@ -53,6 +53,13 @@ TEXTS = {
     "pandas": ("0,1,2\n" + rows(","), "utf-8", NAMES),
     "pandas, nodes": ("101,102,103\n" + rows(","), "utf-8", NUMBERED),
     "pandas with its index": (",a,b,c\n" + with_row_names("abc"), "utf-8", ("a", "b", "c")),
+    "pandas with an index that counts": (",0,1,2\n" + with_row_names("012"), "utf-8", NAMES),
+    "pandas with an index of nodes": (
+        ",101,102,103\n" + with_row_names(NUMBERED),
+        "utf-8",
+        NUMBERED,
+    ),
+    "Excel, with its separator": ("sep=;\r\n" + rows(";", ","), "utf-8", NAMES),
 }
 
 
@@ -74,8 +81,8 @@ def test_files_of_numpy_and_of_scipy_are_read(here):
     np.save("M.npy", M.astype(np.int32))
     for name in ("K.npy", "columns.npy", "complex.npy"):
         assert np.array_equal(nv.Host("M.npy", name).K, K)
-    for kind in (scipy.sparse.csr_array, scipy.sparse.csc_array, scipy.sparse.coo_array):
-        scipy.sparse.save_npz("sparse.npz", kind(K))
+    for form in ("coo", "csr", "csc", "bsr", "dia"):
+        scipy.sparse.save_npz("sparse.npz", scipy.sparse.coo_array(K).asformat(form))
         assert np.array_equal(nv.Host(M, "sparse.npz").K, K)
     written = (K, scipy.sparse.coo_array(K), K.astype(complex), scipy.sparse.coo_array(1j * K))
     for symmetry in ("general", "symmetric"):
@@ -85,6 +92,30 @@ def test_files_of_numpy_and_of_scipy_are_read(here):
     scipy.io.mmwrite("K.mtx", K.astype(complex), symmetry="hermitian")
     assert np.array_equal(nv.Host(M, "K.mtx").K, K)
     assert np.array_equal(nv.Host(M, scipy.sparse.csr_array(K.astype(complex))).K, K)
+
+
+def test_sparse_files_of_blocks_and_of_diagonals_are_read_whatever_their_shapes(here, error_of):
+    """Blocks of 2 x 2; diagonals longer than the matrix, whose ends are no entries."""
+    rng = np.random.default_rng(4)
+    for _ in range(30):
+        A = rng.integers(-3, 4, (4, 4))
+        A = A + A.T + 20 * np.eye(4)
+        scipy.sparse.save_npz("blocks.npz", scipy.sparse.bsr_array(A, blocksize=(2, 2)))
+        assert np.array_equal(nv.Host(np.eye(4), "blocks.npz").K, A)
+        offsets = np.array([0, -1, 1])
+        length = rng.integers(4, 7)
+        band = rng.integers(1, 4, (3, length)).astype(float)
+        band[0] += 10.0
+        band[2, 1:4] = band[1, :3]
+        diagonals = scipy.sparse.dia_array((band, offsets), shape=(4, 4))
+        scipy.sparse.save_npz("diagonals.npz", diagonals)
+        assert np.array_equal(nv.Host(np.eye(4), "diagonals.npz").K, diagonals.toarray())
+    np.savez("sparse.npz", format="dia", shape=(4, 4), data=band, offsets=offsets[:2])
+    assert "its diagonals and their offsets differ" in error_of(nv.Host, np.eye(4), "sparse.npz")
+    whole = {"indices": [0], "indptr": [0, 1], "shape": (4, 4)}
+    for blocks in (np.ones((1, 3, 3)), np.ones((1, 0, 2))):
+        np.savez("sparse.npz", format="bsr", data=blocks, **whole)
+        assert "its blocks do not fit its shape" in error_of(nv.Host, np.eye(4), "sparse.npz")
 
 
 @pytest.mark.parametrize(
@@ -112,6 +143,21 @@ def test_names_come_from_tables_of_pandas_and_from_numbers_of_nodes():
     system = nv.System.from_host(host, [], force=force, omega=1.0)
     assert system.with_(**{"force.102": 3.0}).parameters["force.102"] == 3.0
     assert system.displacement("101-103")[0].tolist() == [1.0, 0.0, -1.0]
+    for place, same in ((103, "103"), ((101, 103), ("101", "103")), (np.int64(102), "102")):
+        mass = {"m": 1.0} if same in NUMBERED else {}
+        one, other = (nv.Damper("a", to, **mass, k=2.0) for to in (place, same))
+        assert one == other
+        with_numbers = nv.System.from_host(host, [one], force={103: 2.0}, omega=1.0)
+        with_texts = nv.System.from_host(host, [other], force=force, omega=1.0)
+        assert with_numbers.to_table() == with_texts.to_table()
+    moved = with_texts.with_(**{"a.attached_to": 101})
+    assert moved.dampers[0].places == ("101",)
+    assert host.reduced(1, statics=[103]).heading() == host.reduced(1, statics=["103"]).heading()
+    assert np.array_equal(host.row(102), host.row("102"))
+    response = host.frequency_response(1.0, force={102: 1.0})
+    assert np.array_equal(response, host.frequency_response(1.0, force={"102": 1.0}))
+    shaken = {"influence": {101: 1.0}, "acceleration": 1.0}
+    assert nv.System.from_host(host, base=shaken, omega=1.0).host.inertia.tolist() == [1.0, 0, 0]
 
 
 MASKED = np.ma.array(K, mask=K == 2.0)
@@ -121,6 +167,8 @@ WRONG_FILES = {
     "K.xlsx": (b"", "allowed: .csv, .txt, .npy, .npz and .mtx"),
     "lower.txt": (b"1\n2 1\n0 2 1", "is the lower triangle of a symmetric matrix alone"),
     "upper.csv": (b"1,2,3\n1,2\n1", "is the upper triangle of a symmetric matrix alone"),
+    "sheet.csv": (b"1,,\n2,1,\n0,2,1", "is the lower triangle of a symmetric matrix alone"),
+    "page.csv": (b"1;2,5;3\n;1;2,5\n;;1", "is the upper triangle of a symmetric matrix alone"),
     "full.csv": (b"1,0,0\n2,5,0\n0,1,5", "it is its lower triangle alone; give all of it"),
     "empty.csv": (b"\n\n# nothing\n", "holds no numbers"),
     "gap.csv": (b"1,,0\n0,1,0\n0,0,1", "row 1, column 2: '' must be a number"),
@@ -189,11 +237,14 @@ def test_what_is_no_regular_file_is_refused_at_once(here, error_of):
 def test_files_of_one_matrix_and_files_without_one_say_what_they_lack(here, error_of):
     np.savez("a.npz", M=M, Kay=K)
     np.savez("b.npz", M=M, K=K, stiffness=K)
+    np.savez("c.npz", **{f"a{i}": M for i in range(20)})
     for path, message in (
-        ("a.npz", "has no array K (or k, stiffness); it has: M"),
+        ("a.npz", "has no array K (or k, stiffness); it has: M, Kay"),
+        ("c.npz", "has no array M (or m, mass); it has: a0, a1, a2, a3, a4, a5, a6, a7, ..."),
         ("b.npz", "K stands beside stiffness: give one of them"),
         ("K.mtx", "a .mtx file holds one matrix: nv.Host(M='M.mtx', K='K.mtx') reads two"),
         ("K.mat", "MATLAB's files are not read here"),
+        ("frame.toml", "a .toml file holds no host: nv.load_system reads a system of .toml"),
         ("absent.npz", "cannot be read: No such file"),
     ):
         line = error_of(nv.Host.from_file, path)

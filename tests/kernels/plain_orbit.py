@@ -110,7 +110,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
 def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
     cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(STATE_SIZE)
     state[2], state[4], state[5] = r, 9.0, 9.0
-    set_mode(hertz_wall_at(0.1, 1.0, cell), hertz_wall_at(0.2, 1.0, cell), state)
+    set_mode(hertz_wall_at(0.1, 1.0, cell), hertz_wall_at(0.2, 1.0, cell), None, state)
     assert state[4] == pytest.approx(q, abs=1e-12)
     assert state[5] == mode
 

@@ -237,6 +237,17 @@ def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
         np.testing.assert_allclose(orbit.trajectory[row], state, rtol=0, atol=1e-11)
 
 
+def test_a_mass_that_its_stop_holds_from_the_start_has_the_response_of_rest():
+    """Pressed by k |C| = 0.6 N against a force of 0.3 N; its spring stays stretched by |C|."""
+    system = load_system("impact-oscillator", C=-0.6, P=0.3, omega=4.0)
+    for transient in (0, 3):
+        orbit = simulate(system, 4, transient=transient, record=["response", "energy"])
+        response = orbit.response
+        assert (response["x1_max"], response["v1_max"], response["power_in"]) == (0.6, 0.0, 0.0)
+        assert response["x1_rms"] == pytest.approx(0.6, rel=1e-14)
+        assert orbit.E1max == pytest.approx(0.18, rel=1e-14)
+
+
 def test_sticking_ends_where_the_stop_would_pull():
     system = oscillator({"omega": 0.5, "e": 0.0}, 4.0)
     rows = simulate(system, 3).impacts

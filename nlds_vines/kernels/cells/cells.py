@@ -140,7 +140,7 @@ def run_cell(parts, cell, state, span, buffers):
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
     on_ground(damper, state)
     if state[5] == FLYING:  # a state inside a contact is complete, with the impact under way
-        set_mode(prepared.near, prepared.far, state)
+        set_mode(prepared.near, prepared.far, prepared.damper, state)
     limit_log = begin_limit_log(buffers.violation, cell.limit, state)
     start_energy(ps, damper, peak, state)
     # the transient: periods without sections, then those whose sections are recorded
@@ -280,7 +280,7 @@ def enter(begin, end, parts, cells, begun, starts, status):
                 for i in range(4):
                     state[i] = y[i]
                 on_ground(prepared.damper, state)
-                set_mode(prepared.near, prepared.far, state)
+                set_mode(prepared.near, prepared.far, prepared.damper, state)
                 noted = OrbitBuffers(None, None, None, None, None, None, None, None, None)
                 cell_status = run(prepared, noted, Span(0, 1, 1), state, None, None)
                 if cell_status == OK:

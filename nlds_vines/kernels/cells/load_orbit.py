@@ -107,7 +107,7 @@ def jump(prepared, tally, by, state):
     ps, before, mode = prepared.ps, state[1], state[5]
     state[1] += by
     state[3] += by - shared(ps, by)
-    set_mode(prepared.near, prepared.far, state)
+    set_mode(prepared.near, prepared.far, prepared.damper, state)
     if state[5] == FLYING and (
         (mode == TOUCH_NEAR and touches_on(prepared.near, state[3]))
         or (mode == TOUCH_FAR and touches_on(prepared.far, -state[3]))
@@ -203,7 +203,7 @@ def fly_under(parts, cell, load, state, buffers):
         if too_stiff(prepared.held_near, lasting) or too_stiff(prepared.held_far, lasting):
             return TOO_STIFF
         if first == 0:
-            set_mode(prepared.near, prepared.far, state)
+            set_mode(prepared.near, prepared.far, prepared.damper, state)
             if load.jumps[0] != 0.0:
                 jump(prepared, tally, load.jumps[0], state)
             at_edge(prepared, buffers, tally, 0, state)

@@ -62,12 +62,12 @@ STATE_SIZE, STATE_AHEAD = 15, 6
 
 
 @jit
-def set_mode(near, far, state):
+def set_mode(near, far, damper, state):
     """Set q and the mode of a state (x1, v1, r, s): in flight, or inside a contact.
 
     A state beyond a wall is a contact under way. A state on the wall is in flight, and the first
     flight finds its touch. A rigid wall is not penetrated: a state beyond it is put on it, and a
-    state at rest on it is a contact under way.
+    state at rest on it is a contact under way. If the walls limit the structure, it is put there.
     """
     state[4], state[5] = 0.0, FLYING
     state[STATE_AHEAD] = 0.0
@@ -79,6 +79,7 @@ def set_mode(near, far, state):
         state[4], r = into(far, -state[2])
         state[2] = -r
         state[5] = TOUCH_FAR if pushes(far, state[4], -state[3]) else LEAVING_FAR
+    state[0], state[1] = structure_at(damper, state[0], state[1], state[2], state[3])
 
 
 @jit

@@ -142,7 +142,7 @@ def place_state(flow, y, state):
     for i in range(4):
         state[i] = y[i]
     on_ground(flow.prepared.damper, state)
-    set_mode(flow.prepared.near, flow.prepared.far, state)
+    set_mode(flow.prepared.near, flow.prepared.far, flow.prepared.damper, state)
 
 
 @jit

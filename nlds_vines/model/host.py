@@ -45,6 +45,9 @@ from nlds_vines.model.host_matrices import (
 _ROUNDING = {"M": 1e-10, "K": 1e-12, "C": 1e-10}
 """Eigenvalues of M, scaled to a unit diagonal, exceed this; those of K and C exceed minus this."""
 
+_ROUNDED = range(7, 13)
+"""Numbers of significant digits of rounded entries: fewer are exact, more have no effect."""
+
 _RIGID = 64 * np.finfo(float).eps
 """A motion with at most this strain energy, over the sum of K_ii phi_i^2, is a rigid one."""
 
@@ -164,16 +167,18 @@ class Host(Outlined):
         self.is_plain = True
         self._shake(moved)
         self.ratio = None if ratio is None else _ratios("ratio", ratio)
+        errors = {name: _rounding(matrix) * abs(matrix) for name, matrix in matrices.items()}
         if rayleigh is not None:
             a, b = _rayleigh(rayleigh)
             with np.errstate(over="ignore"):
                 self.C = a * self.M + b * self.K
+                errors["C"] = a * errors["M"] + b * errors["K"]
             entries = self.C.data if scipy.sparse.issparse(self.C) else self.C
             if not np.isfinite(entries).all():
                 raise RequestError("rayleigh gives a damping that is no finite number")
         if truth("condense", condense):
-            self._condense()
-        self._refuse_signs()
+            errors = self._condense(errors)
+        self._refuse_signs(errors)
         if not scipy.sparse.issparse(self.M):
             self._complete()
 
@@ -200,8 +205,10 @@ class Host(Outlined):
             raise RequestError("M times the influence is no finite number: check the units")
         self.inertia = inertia
 
-    def _condense(self) -> None:
+    def _condense(self, errors: dict[str, Any]) -> dict[str, Any]:
         """Let the degrees of freedom without mass, c, follow the others, r, statically.
+
+        Returns bounds of the errors of the condensed matrices from those of their entries.
 
         No force acts on them, so that u_c = -K_cc^-1 K_cr u_r; with u = T u_r, the matrices become
         T^T A T.  This is exact if C has no entry of c, or is proportional to M and K.
@@ -210,7 +217,7 @@ class Host(Outlined):
         massless = np.flatnonzero(columns == 0)
         massive = np.flatnonzero(columns)
         if massless.size == 0:
-            return
+            return errors
         if massive.size == 0:
             raise RequestError("M is 0: no degree of freedom has a mass")
         if massless.size * massive.size > MOST_ENTRIES:
@@ -237,9 +244,15 @@ class Host(Outlined):
         plural = "s" if massless.size > 1 else ""
         self.note = f"{massless.size} degree{plural} of freedom without mass condensed"
         self._shake(self.influence)
+        return {name: abs(T).T @ (bound @ abs(T)) for name, bound in errors.items()}
 
-    def _refuse_signs(self) -> None:
-        """Refuse a mass that is not positive, and a negative stiffness or damping."""
+    def _refuse_signs(self, errors: Mapping[str, Any]) -> None:
+        """Refuse a mass that is not positive, and a negative stiffness or damping.
+
+        errors: bounds of the errors of entries.  Rounding entries to few digits moves an eigenvalue
+        by at most the norm of these bounds, hence by the largest sum of a row: a motion without
+        stiffness may have a negative one of this size, and is no instability.
+        """
         for name, mass in zip(self.coordinates, self.M.diagonal(), strict=True):
             if mass <= 0:
                 raise RequestError(
@@ -250,8 +263,12 @@ class Host(Outlined):
             matrix = getattr(self, name)
             if matrix is not None:
                 is_mass = name == "M"
-                least = _ROUNDING[name] if is_mass else -_ROUNDING[name]
-                failure = _below(least, _with_unit_diagonal(matrix)[0])
+                scaled, scale = _with_unit_diagonal(matrix)
+                least = _ROUNDING[name]
+                if not is_mass:
+                    rounding = (scale * (errors[name] @ scale)).max()
+                    least = -max(least, float(rounding))
+                failure = _below(least, scaled)
                 if failure:
                     kind = "positive definite" if is_mass else "positive semidefinite"
                     raise RequestError(
@@ -1053,6 +1070,24 @@ def _factor(matrix: Any) -> tuple[np.ndarray, Any]:
     pivots = factor.U.diagonal()
     is_symmetric = np.array_equal(factor.perm_r, factor.perm_c)
     return pivots if is_symmetric else np.zeros(1), factor.solve
+
+
+def _rounding(matrix: Any) -> float:
+    """Return the largest relative error of entries that were rounded to decimal digits, or 0.
+
+    That of d digits is 10^(1 - d) / 2.
+    """
+    entries = np.unique(np.abs(matrix.data if scipy.sparse.issparse(matrix) else matrix))
+    entries = entries[np.isfinite(entries) & (entries > 1e-290)]
+    if entries.size == 0:
+        return 0.0
+    powers = np.floor(np.log10(entries))
+    for digits in range(1, _ROUNDED.stop):
+        # whole numbers of the last digit, but for the round-off of these products
+        numbers = entries * 10.0 ** (digits - 1 - powers)
+        if (np.abs(numbers - np.rint(numbers)) <= 1e-15 * numbers).all():
+            return 0.5 * 10.0 ** (1 - digits) if digits in _ROUNDED else 0.0
+    return 0.0
 
 
 def _below(least: float, matrix: Any) -> str:

@@ -441,6 +441,46 @@ def test_reduced_frequencies_are_those_of_the_modes_that_are_kept():
     assert static == pytest.approx(exact, rel=1e-6)
 
 
+def free_chain(count, rng):
+    """Return M and K of masses in a row, of which no spring holds any."""
+    K = np.zeros((count, count))
+    for i, k in enumerate(rng.uniform(1e3, 9e3, count - 1)):
+        K[i : i + 2, i : i + 2] += k * np.array([[1, -1], [-1, 1]])
+    return np.diag(rng.uniform(1, 2, count)), K
+
+
+@pytest.mark.parametrize("digits", range(7, 12))
+def test_a_rigid_motion_that_rounding_made_unstable_is_rigid(here, digits, error_of):
+    """Beside scipy's lowest eigenvalue, which is negative; a negative spring beyond it is one."""
+    is_rounded = False
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        M, K = free_chain(int(rng.integers(3, 30)), rng)
+        exact = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True)[1:])
+        np.savetxt("K.txt", K, fmt=f"%.{digits}g")
+        entries = np.loadtxt("K.txt")
+        is_rounded |= scipy.linalg.eigvalsh(entries)[0] < -1e-12 * K.max()
+        host = nv.Host(M=M, K="K.txt")
+        assert host.frequencies[0] <= np.sqrt(10.0 ** (1 - digits) * K.max())
+        assert host.frequencies[1:] == pytest.approx(exact, rel=10.0 ** (5 - digits))
+        entries[0, 0] -= 30 * 10.0 ** (1 - digits) * K.max()
+        np.savetxt("unstable.txt", entries, fmt=f"%.{digits}g")
+        assert "K must be positive semidefinite" in error_of(nv.Host, M=M, K="unstable.txt")
+    assert is_rounded
+
+
+def test_rounded_entries_may_be_condensed_and_few_digits_are_exact(here, error_of):
+    M, K = free_chain(12, np.random.default_rng(3))
+    for step in (2, 3):
+        light = M.copy()
+        light[1::step] = 0
+        np.savetxt("K.txt", K, fmt="%.9g")
+        host = nv.Host(M=light, K="K.txt", condense=True, rayleigh=(0.0, 1e-3))
+        assert host.frequencies[0] < 1e-3 * host.frequencies[1]
+    line = error_of(nv.Host, np.eye(2), [[1.0, -1.0], [-1.0, 0.999999]])
+    assert "K must be positive semidefinite, but has the eigenvalue -5e-07" in line
+
+
 def eye_of(n):
     return scipy.sparse.eye_array(n, format="csc")
 

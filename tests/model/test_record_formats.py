@@ -338,9 +338,12 @@ FILES = [
      "gal", 0.01, centered(3920, 6182761), "counts times 3920/6182761", {}),
     ("ESM", "HI.ARS1..HNE.ASC", esm("HNE", "20190728_160919.870"),
      "cm/s^2", 0.005, VALUES, "component HNE", {}),
+    ("ITACA", "19971014_152309ITDPC_NCR__WEX.DAT",
+     esm("HNE", "", "UNPROCESSED ACCELERATION").replace("STREAM: HNE", "COMPONENT: WE"),
+     "cm/s^2", 0.005, VALUES, "component WE", {}),
     ("AFAD, new", "2010_3104.asc", esm("HNN", "14/11/2010 23:09:19.300", "Acceleration",
                                        interval="0.005", count=""),
-     "cm/s^2", 0.005, VALUES, "ESM or AFAD", {}),
+     "cm/s^2", 0.005, VALUES, "ESM, ITACA or AFAD", {}),
     ("AFAD, old", "20170720_0921.txt", AFAD, "gal", 0.01, VALUES, "column N-S, not in column E-W",
      {"E-W": OTHERS, "u-d": THIRD, 2: OTHERS}),
     ("CSMNC", "051BXD.dat", CSMNC, "cm/s^2", 0.005, VALUES, "component EW", {}),
@@ -372,6 +375,9 @@ FILES = [
      {"Up": OTHERS}),
     ("SMC, corrected", "0111a.smc",
      smc("2 CORRECTED ACCELEROGRAM", 200.0, VALUES, 8, "{:10.3f}"),
+     "cm/s^2", 0.005, VALUES, "component 133", {}),
+    ("SMC, with empty lines", "hsl90.smc",
+     smc("2 CORRECTED ACCELEROGRAM", 200.0, VALUES, 8, "{:10.3f}").replace("*\n", "\n"),
      "cm/s^2", 0.005, VALUES, "component 133", {}),
     ("SMC, with times", "4225a.smc",
      smc("1 UNCORRECTED ACCELEROGRAM", 1.7e38, PAIRS, 8, "{:10.3E}"),
@@ -455,6 +461,9 @@ def test_skip_overrides_a_header(tmp_path):
     ("text", "words"),
     [
         (esm("HNE", "20190728_160919", "VELOCITY"), "holds a velocity"),
+        (esm("HNE", "20190728_160919", "PROCESSED VELOCITY"), "holds a velocity"),
+        (esm("HNE", "20190728_160919", "ACCELERATION RESPONSE SPECTRUM"),
+         "holds an acceleration response spectrum; needs an acceleration or a force"),
         (esm("HNE", "20190728_160919", count="201"), "states 201 values, 200 follow"),
         (esm("HNE", "20190728_160919", count="199"), "states 199 values, more follow"),
         (esm("HNE", "20190728_160919", interval="0"), "step of '0', which must be above 0"),
@@ -501,7 +510,7 @@ def test_each_component_has_its_own_times(tmp_path):
 def test_every_format_has_a_file_here():
     used = {form.name for form in FORMATS}
     assert used == {
-        "PEER", "K-NET or KiK-net", "ESM or AFAD", "AFAD", "CSMNC", "UNAM", "CWB", "GeoNet",
+        "PEER", "K-NET or KiK-net", "ESM, ITACA or AFAD", "AFAD", "CSMNC", "UNAM", "CWB", "GeoNet",
         "CSMIP", "CSMIP volume 1", "COSMOS", "RENADIC", "SMC",
     }  # fmt: skip
 

@@ -120,9 +120,10 @@ def _blocks(form: Format, above: re.Pattern[str], lines: Lines) -> Iterator[Bloc
             for key, text in groups.items():
                 if text:
                     facts.setdefault(key, text)
-        kind = facts.get("kind", "acceleration")
-        if not kind.lower().startswith("acc"):
-            raise RequestError(f"holds a {kind.lower()}; needs an acceleration or a force")
+        kind = facts.get("kind", "acceleration").lower()
+        if not kind.startswith("acc") or "spectrum" in kind:
+            article = "an" if kind.startswith("a") else "a"
+            raise RequestError(f"holds {article} {kind}; needs an acceleration or a force")
         first = end + 1 + int(facts.get("header_rows", form.header_rows))
         while first < len(lines) and not _has_numbers(lines[first][1]):
             first += 1  # names of columns, rulers
@@ -298,13 +299,18 @@ def _smc_facts(lines: Lines, begin: int, end: int) -> Facts:
     Integer 16 counts the comments, 17 the numbers; real 2 is the number of samples a second.  An
     uncorrected record whose rate is not known has a time before each value.
     """
-    integers = row_by_row(lines[end + 11 : end + 17], 48, 10)
-    reals = row_by_row(lines[end + 17 : end + 27], 50, 15)
+    first = lines[end][0]
+
+    def between(start: int, stop: int) -> Lines:  # lines of the header, of which some are empty
+        return [line for line in lines[end : end + stop] if start <= line[0] - first < stop]
+
+    integers = row_by_row(between(11, 17), 48, 10)
+    reals = row_by_row(between(17, 27), 50, 15)
     if len(integers) < 48 or len(reals) < 50:
         raise RequestError("its headers must hold 48 integers and 50 reals")
     count, comments = int(integers[16]), max(0, int(integers[15]))
-    facts = {"header_rows": str(26 + comments)}
-    titles = " ".join(text[:200] for _, text in lines[end : end + 11])
+    facts = {"header_rows": str(len(between(1, 27 + min(comments, len(lines)))))}
+    titles = " ".join(text[:200] for _, text in between(0, 11))
     if component := re.search(r"component\s*=\s*(\S+)", titles):
         facts["component"] = component[1]
     if reals[1] >= UNKNOWN:
@@ -354,15 +360,15 @@ FORMATS: tuple[Format, ...] = (
         is_centered=True,
     ),
     Format(
-        name="ESM or AFAD",
+        name="ESM, ITACA or AFAD",
         mark=r"^SAMPLING_INTERVAL_S:",
         above=r"^[A-Z0-9_/^()]+:",
         facts=(
             r"^SAMPLING_INTERVAL_S:\s*(?P<step>\S+)",
             r"^NDATA:\s*(?P<count>\d+)",
             r"^UNITS:\s*(?P<unit>\S+)",
-            r"^STREAM:\s*(?P<component>\S+)",
-            r"^DATA_TYPE:\s*(?P<kind>\w+)",
+            r"^(?:STREAM|COMPONENT):\s*(?P<component>\S+)",
+            r"^DATA_TYPE:\s*(?:(?:UN)?PROCESSED\s+)?(?P<kind>\w[\w -]*)",
         ),
     ),
     Format(

@@ -11,7 +11,12 @@ import numpy as np
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
-from nlds_vines.kernels.hosts.host_contact import MOTION_COLUMNS, ROW_OF_IMPACT, Impacts
+from nlds_vines.kernels.hosts.host_contact import (
+    BEHIND_SERIES,
+    MOTION_COLUMNS,
+    ROW_OF_IMPACT,
+    Impacts,
+)
 from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
@@ -139,6 +144,7 @@ class HostOrbits:
     def contacts(self) -> Contacts:
         """Return room for the walls in contact of one orbit."""
         count = self.walls.number
+        width = 3 * self.size + MOTION_COLUMNS + self.body.drives
         arc = make_arc(min(self.tolerance, 0.5 * COARSE))  # of 12 nodes or more, for the moments
         return Contacts(
             active=np.zeros(count + 1, np.int64),
@@ -146,7 +152,7 @@ class HostOrbits:
             pushes=np.ones(count),
             rows=np.full(count, -1, np.int64),
             scratch=np.zeros(count * SCRATCH),
-            series=np.zeros((HIGHEST + 1) * (3 * self.size + MOTION_COLUMNS + self.body.drives)),
+            series=np.zeros((HIGHEST + 1) * width + BEHIND_SERIES),
             scales=np.zeros(SCALES * count),
             unit=np.ones(1),
             end=np.zeros(2 * self.size),

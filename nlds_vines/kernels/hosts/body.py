@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ..motion.flight import ORDER
 from ..numerics.compiling import jit
-from ..numerics.fours import four, four_at, sum_of
+from ..numerics.fours import four, four_at, put_four, sum_of
 
 # rest of a move, relative to the state: that of the longest cell, 0.7^16 / 16!, is below it
 MOVED = 2.1e-16
@@ -62,8 +62,11 @@ def along(body, link, y, at):
 @jit
 def push_link(body, link, force, out, at):
     """Add the accelerations by a `force` [N] that acts against r of a link."""
-    row = link * body.size
-    for i in range(body.size):
+    row, size = link * body.size, body.size
+    whole = size // 4 * 4
+    for i in range(0, whole, 4):
+        put_four(out, at + i, four_at(out, at + i) - four_at(body.answers, row + i) * force)
+    for i in range(whole, size):
         out[at + i] -= force * body.answers[row + i]
 
 
@@ -71,10 +74,13 @@ def push_link(body, link, force, out, at):
 def accelerate(body, y, at, force, out, to):
     """Write the accelerations X'' of a flight under a force f to out[to : to + size]."""
     n, v = body.modes, at + body.size
-    for i in range(n):
-        out[to + i] = (body.push[i] * force - body.squares[i] * y[at + i]) - (
-            body.damping[i] * y[v + i]
-        )
+    whole = n // 4 * 4
+    for i in range(0, whole, 4):
+        pushed = four_at(body.push, i) * force - four_at(body.squares, i) * four_at(y, at + i)
+        put_four(out, to + i, pushed - four_at(body.damping, i) * four_at(y, v + i))
+    for i in range(whole, n):
+        pushed = body.push[i] * force - body.squares[i] * y[at + i]
+        out[to + i] = pushed - body.damping[i] * y[v + i]
     for i in range(n, body.size):
         out[to + i] = body.push[i] * force
     if body.coupled:
@@ -86,6 +92,46 @@ def accelerate(body, y, at, force, out, to):
         joint = body.stiffness[link] * r + body.dashpots[link] * s
         if joint != 0.0:
             push_link(body, link, joint, out, to)
+
+
+@jit
+def integrate(S, columns, weights, n, per):
+    """Write coefficient n + 1 of integrals over theta of w f, f being columns of a series.
+
+    columns: (numbers of a row, first column of f, first column of the integrals, how many);
+    weights: (series of w, place of w_0, distance of the next one); per: unit of theta / (n + 1). In
+    whole fours: the last one may overwrite numbers behind the integrals, of this row or the next.
+    """
+    (width, of, to, count), (w, first, far) = columns, weights
+    for i in range(0, count, 4):
+        even, odd, m, at = four(0.0), four(0.0), first, width * n + of + i
+        for _ in range((n + 1) // 2):  # two sums, neither of which waits for the other
+            even = even + four_at(S, at) * w[m]
+            odd = odd + four_at(S, at - width) * w[m + far]
+            m, at = m + 2 * far, at - 2 * width
+        if n % 2 == 0:
+            even = even + four_at(S, at) * w[m]
+        put_four(S, width * (n + 1) + to + i, (even + odd) * per)
+
+
+@jit
+def put_at_theta(S, columns, highest, x, out):
+    """Write X and V, which begin each row of a series, at theta = x units to out[: 2 size].
+
+    columns: (numbers of a row, size).
+    """
+    width, size = columns
+    whole = 2 * size // 4 * 4
+    for i in range(0, whole, 4):
+        total = four_at(S, width * highest + i)
+        for n in range(highest - 1, -1, -1):
+            total = total * x + four_at(S, width * n + i)
+        put_four(out, i, total)
+    for i in range(whole, 2 * size):
+        rest = S[width * highest + i]
+        for n in range(highest - 1, -1, -1):
+            rest = rest * x + S[width * n + i]
+        out[i] = rest
 
 
 @jit

@@ -48,7 +48,7 @@ from ..scene.law import (
     product,
 )
 from ..watch.touch import AT_R
-from .body import accelerate, along, differentiate, move, push_link
+from .body import accelerate, along, differentiate, integrate, move, push_link, put_at_theta
 from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_at, touch_in
 from .host_impact import solve_short
 from .host_variations import (
@@ -94,6 +94,7 @@ LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has
 # Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
 OF_TOTAL, OF_TIME, OF_DRIVE = range(3)
 MOTION_COLUMNS = 2  # and those of the drive
+BEHIND_SERIES = 2  # numbers behind the last row, as the drive's numbers are even (`integrate`)
 # ... and of a wall's scratch (`law`), in columns that others use for variations: products of the
 # weights of walls before and behind, and the margin of a force that is switched off
 WEIGHTS_BEFORE, WEIGHTS_OF_OTHERS, WEIGHTS_BEHIND = LOGARITHM + 1, LOGARITHM + 2, LOGARITHM + 3
@@ -114,6 +115,8 @@ def fill_weights(contacts, n):
     """Fill coefficient n of the products of the other walls' weights; return that of all."""
     active, count = contacts.active, contacts.active[0]
     total = behind = 1.0 if n == 0 else 0.0
+    if count == 1:
+        return scratch_of(contacts, active[1])[SERIES + COLUMNS * n + WEIGHT]
     for c in range(count):
         k = scratch_of(contacts, active[1 + c])
         k[SERIES + COLUMNS * n + WEIGHTS_BEFORE] = total
@@ -138,8 +141,10 @@ def expand(body, walls, contacts, drive, unit, y):
     S[extra + OF_TIME] = 0.0
     for i in range(body.drives):
         S[extra + OF_DRIVE + i] = drive[i]
+    is_held = False
     for c in range(count):
         scratch_of(contacts, active[1 + c])[SERIES + AT_Q] = contacts.q[active[1 + c]]
+        is_held = is_held or walls.law[active[1 + c]] == IS_RIGID
     for n in range(HIGHEST + 1):
         row, at, per = width * n, SERIES + COLUMNS * n, unit / (n + 1.0)
         accelerate(body, S, row, S[row + extra + OF_DRIVE], S, row + 2 * size)
@@ -149,10 +154,7 @@ def expand(body, walls, contacts, drive, unit, y):
             if walls.law[wall] == IS_RIGID:
                 k[at + AT_S], k[at + WEIGHT], k[at + DEPTH] = 0.0, (1.0 if n == 0 else 0.0), 0.0
                 continue
-            s = 0.0
-            for i in range(size):
-                s += body.rows[link * size + i] * S[row + size + i]
-            k[at + AT_S] = sign * s
+            k[at + AT_S] = sign * along(body, link, S, row)[1]
             force, share = fill(walls, wall, k, n)
             m, margins = 3 * wall, walls.margins
             k[at + AT_MARGIN] = margins[m + 1] * k[at + AT_Q] + margins[m + 2] * k[at + AT_S]
@@ -161,7 +163,8 @@ def expand(body, walls, contacts, drive, unit, y):
             k[at + FORCE] = force * contacts.pushes[wall]
             contacts.scales[SCALES * wall + OWN_SHARE] = share
             push_link(body, link, sign * k[at + FORCE], S, row + 2 * size)
-        hold(body, walls, contacts, row + 2 * size, S)
+        if is_held:
+            hold(body, walls, contacts, row + 2 * size, S)
         S[row + extra + OF_TOTAL] = fill_weights(contacts, n)
         for c in range(count):
             wall = active[1 + c]
@@ -170,23 +173,16 @@ def expand(body, walls, contacts, drive, unit, y):
                 k[at + FORCE] = contacts.forces[wall]
                 k[at + COLUMNS + AT_Q] = 0.0
             else:
-                rate = per * product(k, int(WEIGHTS_OF_OTHERS), int(AT_S), n)
-                k[at + COLUMNS + AT_Q] = rate * contacts.scales[SCALES * wall + OWN_SHARE]
+                s = k[at + AT_S]
+                if count > 1:
+                    s = product(k, int(WEIGHTS_OF_OTHERS), int(AT_S), n)
+                k[at + COLUMNS + AT_Q] = per * s * contacts.scales[SCALES * wall + OWN_SHARE]
         if n == HIGHEST:
             break
+        weights, of_drive = (S, extra + OF_TOTAL, width), extra + OF_DRIVE
+        integrate(S, (width, size, 0, 2 * size), weights, n, per)
+        integrate(S, (width, of_drive, of_drive, body.drives), weights, n, per)
         after = row + width
-        for i in range(2 * size):
-            S[after + i] = 0.0
-        of_drive = extra + OF_DRIVE
-        for i in range(body.drives):
-            S[after + of_drive + i] = 0.0
-        for m in range(n + 1):
-            weight, other = per * S[width * m + extra + OF_TOTAL], width * (n - m)
-            if weight != 0.0:
-                for i in range(2 * size):
-                    S[after + i] += weight * S[other + size + i]
-                for i in range(body.drives):
-                    S[after + of_drive + i] += weight * S[other + of_drive + i]
         differentiate(body, S, after + of_drive)
         S[after + extra + OF_TIME] = per * S[row + extra + OF_TOTAL]
 
@@ -406,14 +402,17 @@ def length_of(walls, contacts, longest):
         k = scratch_of(contacts, wall)
         if walls.law[wall] == IS_RIGID:
             continue
-        fast, root = log(scales[SCALES * wall + FAST]), log(scales[SCALES * wall + ROOT])
+        fast, root = scales[SCALES * wall + FAST], scales[SCALES * wall + ROOT]
         for n in range(HIGHEST - LAST_POWERS + 1, HIGHEST + 1):
+            share = 0.0
             last = abs(k[SERIES + COLUMNS * n + AT_S])
             if last > TINIEST:
-                radius = min(radius, (fast - log(last)) / n)
+                share = last / fast
             last = abs(k[SERIES + COLUMNS * n + AT_Q])
             if last > TINIEST:
-                radius = min(radius, (root - log(last)) / n)
+                share = max(share, last / root)
+            if share > 0.0:
+                radius = min(radius, -log(share) / n)
     granted = log(LAST_TERMS * max(contacts.tolerance, LEAST_GRANTED)) / HIGHEST
     return min(exp(radius + granted), longest)
 
@@ -421,12 +420,8 @@ def length_of(walls, contacts, longest):
 @jit
 def end_state(body, contacts, x, y):
     """Write the state at theta = x units into y, and into `contacts.q`."""
-    S, size, width, active = contacts.series, body.size, width_of(body), contacts.active
-    for i in range(2 * size):
-        y[i] = S[width * HIGHEST + i]
-    for n in range(HIGHEST - 1, -1, -1):
-        for i in range(2 * size):
-            y[i] = y[i] * x + S[width * n + i]
+    active = contacts.active
+    put_at_theta(contacts.series, (width_of(body), body.size), int(HIGHEST), x, y)
     for c in range(active[0]):
         q = at_theta(scratch_of(contacts, active[1 + c]), SERIES + AT_Q, COLUMNS, x)
         contacts.q[active[1 + c]] = max(q, 0.0)

@@ -23,7 +23,7 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.fours import from_place
 from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
-from .body import accelerate, along, move, push_link
+from .body import accelerate, along, integrate, move, push_link, put_at_theta
 from .host_flight import advance
 from .walls import (
     IS_PULLING,
@@ -50,7 +50,7 @@ class Varied(NamedTuple):
 
     rows: Any  # (number * N,) one variation after the other
     number: int
-    series: Any  # (HIGHEST + 1) powers of 3 size numbers: dX, dV and the accelerations
+    series: Any  # (HIGHEST + 1) powers of 3 size numbers: dX, dV and the accelerations; one more
     free: Any  # (drives,) zeros: a variation has no force
     before: Any  # (2 size,) V and V' of the orbit before an impact
     late: Any  # (number,) t0 of the variations [s]
@@ -61,7 +61,7 @@ class Varied(NamedTuple):
 def varied_of(body, tangent, clearance):
     N = 2 * body.size
     number = len(tangent) // N
-    series, free = np.zeros(3 * body.size * (HIGHEST + 1)), np.zeros(body.drives)
+    series, free = np.zeros(3 * body.size * (HIGHEST + 1) + 1), np.zeros(body.drives)
     return Varied(tangent, number, series, free, np.zeros(N), np.zeros(number), clearance)
 
 
@@ -142,20 +142,10 @@ def vary_step(body, walls, contacts, varied, weights, x):
                 push_link(body, link, force * contacts.pushes[wall], S, row + 2 * size)
             hold(body, walls, contacts, row + 2 * size, S)
             after, per = row + width, contacts.unit[0] / (n + 1.0)
-            for i in range(2 * size):
-                S[after + i] = 0.0
-            for m in range(n + 1):
-                weight, other = per * contacts.series[total + far * m], width * (n - m) + size
-                if weight != 0.0:
-                    for i in range(2 * size):
-                        S[after + i] += weight * S[other + i]
+            integrate(S, (width, size, 0, 2 * size), (contacts.series, total, far), n, per)
             if is_rough:
                 push_roughly(body, walls, contacts, per, n, after + size, S)
-        for i in range(2 * size):
-            y[i] = S[width * HIGHEST + i]
-        for n in range(HIGHEST - 1, -1, -1):
-            for i in range(2 * size):
-                y[i] = y[i] * x + S[width * n + i]
+        put_at_theta(S, (width, size), int(HIGHEST), x, y)
 
 
 @jit

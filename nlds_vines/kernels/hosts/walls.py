@@ -86,7 +86,7 @@ class Contacts(NamedTuple):
     pushes: Any  # (walls,) 1 where the force acts, 0 where it is switched off, or of a rigid wall 0
     rows: Any  # (walls,) of the impact under way in `Impacts`, -1 if it is not recorded
     scratch: Any  # SCRATCH numbers of each wall (`law`)
-    series: Any  # (HIGHEST + 1) powers of the motion's columns, one after the other
+    series: Any  # (HIGHEST + 1) powers of the motion's columns, one after the other, and two more
     scales: Any  # (SCALES walls,) of a step
     unit: Any  # (1,) of theta in the series
     end: Any  # (2 size,) the state at the end of a step

@@ -253,7 +253,10 @@ def by_dof_names(what: str, values: object) -> object:
     """Return a mapping whose keys are names of degrees of freedom; other values as they are."""
     if not isinstance(values, Mapping):
         return values
-    return {dof_name(what, label): value for label, value in values.items()}
+    by_name = {dof_name(what, label): value for label, value in values.items()}
+    if len(by_name) < len(values):
+        raise RequestError(f"{what} = {shown(values)} names a degree of freedom twice")
+    return by_name
 
 
 def refuse_bytes(what: str, text: str) -> None:
@@ -289,10 +292,10 @@ def checked_words(
 
 
 def checked_names(what: str, value: object) -> tuple[str, ...]:
-    """Return the different names of a list."""
+    """Return the different names of a list, of which some may be numbers of nodes."""
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RequestError(f"{what} = {shown(value)} must be a list of names")
-    return tuple(dict.fromkeys(string(what, one) for one in value))
+    return tuple(dict.fromkeys(string(what, dof_name(what, one)) for one in value))
 
 
 def checked_state(value: object) -> tuple[float, ...]:

@@ -26,7 +26,6 @@ from nlds_vines.errors import (
     check_name,
     choice,
     dof_name,
-    from_text,
     number,
     shown,
     string,
@@ -41,6 +40,7 @@ from nlds_vines.model.host_matrices import (
     matrices_of,
     read_arrays,
 )
+from nlds_vines.model.ratios import from_percentage, refuse_critical
 
 _ROUNDING = {"M": 1e-10, "K": 1e-12, "C": 1e-10}
 """Eigenvalues of M, scaled to a unit diagonal, exceed this; those of K and C exceed minus this."""
@@ -71,7 +71,8 @@ class Host(Outlined):
     ----------
     M, K : (n, n) array_like, sparse array, DataFrame or path-like
         Mass [kg] and stiffness [N/m]: symmetric, M positive definite, K positive semidefinite.  A
-        path is that of a text (.csv, .txt), of NumPy's .npy or .npz, or of Matrix Market's .mtx.
+        path is that of a text (.csv, .txt, .dat, .tsv, .asc), of NumPy's .npy or .npz, or of Matrix
+        Market's .mtx.
     C : (n, n) array_like, sparse array, DataFrame or path-like, optional
         Damping [N s/m], symmetric and positive semidefinite; by default 0.
     ratio : float, str or sequence of these, optional
@@ -371,18 +372,22 @@ class Host(Outlined):
         return host._in_modes(tuple(names), shape, inertia, np.ones(len(names)))
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], **options: Any) -> Host:
-        """Return the host whose matrices stand in one file of NumPy.
+    def from_file(
+        cls, path: str | os.PathLike[str], *others: str | os.PathLike[str], **options: Any
+    ) -> Host:
+        """Return the host whose matrices stand in one file of NumPy, or in one file each.
 
         Parameters
         ----------
         path : str or path-like
             A `.npz` file with the arrays M and K (m and k, mass and stiffness), and, if it has
-            them, C (c, damping), influence and dofs.  Other arrays are ignored.  Files of one
-            matrix are arguments of `Host`.
+            them, C (c, damping), influence and dofs.  Other arrays are ignored.
+        *others : str or path-like
+            If `path` has M alone, the file of K, and that of C if there is one: texts, .npy, .npz
+            or .mtx, as `Host` takes them.
         **options
-            `ratio`, `rayleigh`, `dofs` and `influence`, as `Host` takes them; they override what
-            the file says.
+            `ratio`, `rayleigh`, `dofs`, `influence` and `condense`, as `Host` takes them; they
+            override what the file says.
 
         Returns
         -------
@@ -401,7 +406,18 @@ class Host(Outlined):
         >>> np.savez("frame.npz", M=np.eye(2), K=[[2.0, -1.0], [-1.0, 1.0]], dofs=["floor", "roof"])
         >>> nv.Host.from_file("frame.npz", ratio=0.02).dofs
         ('floor', 'roof')
+        >>> np.savetxt("M.txt", np.eye(2))
+        >>> np.savetxt("K.txt", [[2.0, -1.0], [-1.0, 1.0]])
+        >>> nv.Host.from_file("M.txt", "K.txt").dofs
+        ('x1', 'x2')
         """
+        for one in (path, *others):
+            if not isinstance(one, str | os.PathLike):
+                raise RequestError(f"path = {shown(one)} must be a path")
+        if len(others) > 2:
+            raise RequestError(f"{1 + len(others)} files; allowed: those of M, K and C")
+        if others:
+            return cls(Path(path), *map(Path, others), **options)
         with at(str(path)):
             arrays = read_arrays(Path(path))
             if options.keys() & {"ratio", "rayleigh"}:
@@ -1148,18 +1164,9 @@ def _ratios(name: str, value: Any) -> np.ndarray:
     is_scalar = isinstance(value, np.ndarray) and value.ndim == 0
     is_listed = isinstance(value, list | tuple | np.ndarray) and not is_scalar
     values = list(value) if is_listed else [value]
-    for i, one in enumerate(values):
-        if isinstance(one, str):
-            if not one.endswith("%"):
-                raise RequestError(f"{name} = {shown(one)} must be a number, or as '2%'")
-            values[i] = from_text(float, name, one[:-1]) / 100.0
-    ratios = _vector(name, values, least=0.0)
-    large = ratios[ratios >= 1.0]
-    if large.size:
-        raise RequestError(
-            f"{name} = {large[0]:g} is {100 * large[0]:g} % of critical damping; allowed: below 1. "
-            f"{large[0]:g} % is {large[0] / 100:g} or '{large[0]:g}%'"
-        )
+    ratios = _vector(name, [from_percentage(name, one) for one in values], least=0.0)
+    for ratio in ratios.tolist():
+        refuse_critical(name, ratio)
     return ratios
 
 

@@ -1,7 +1,8 @@
 """Matrices of a host as users bring them: arrays, tables and files, checked before they are used.
 
-A file is dense text (.csv, .txt), NumPy's .npy or .npz, or Matrix Market's .mtx.  Its header, its
-shape and the number of its entries are checked against its size before its numbers are read.
+A file is dense text (.csv, .txt, .dat, .tsv, .asc), NumPy's .npy or .npz, or Matrix Market's .mtx.
+Its header, its shape and the number of its entries are checked against its size before its numbers
+are read.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
 }
 """How the matrices are named in a file."""
 
-_IN_WORDS = ".csv, .txt, .npy, .npz and .mtx"
+_IN_WORDS = ".csv, .txt, .dat, .tsv, .asc, .npy, .npz and .mtx"
 
 
 # ---- arguments -----------------------------------------------------------------------------------
@@ -111,7 +112,8 @@ def _symmetric(name: str, value: Any) -> Any:
     if not scipy.sparse.issparse(value):
         value = array_of(name, value, "a matrix of numbers")
     if value.ndim != 2 or value.shape[0] != value.shape[1] or value.shape[0] == 0:
-        raise RequestError(f"{name} has the shape {value.shape}; it must be square")
+        hint = ": np.diag makes it of a diagonal" if value.ndim == 1 else ""
+        raise RequestError(f"{name} has the shape {value.shape}; it must be square{hint}")
     entries = scipy.sparse.coo_array(value)
     entries.data = without_imaginary_parts(entries.data)
     if entries.data.dtype.kind not in "iuf" or not np.isfinite(entries.data).all():
@@ -418,6 +420,7 @@ _NOTES = (b"#", b"%", b"//", b"!", b"**", b"sep=")  # marks before comments; the
 _FORTRAN = bytes.maketrans(b"dD", b"eE")  # exponents
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DECIMAL_COMMA = re.compile(rb"[+-]?[0-9]+,[0-9]+(?:[eEdD][+-]?[0-9]+)?")
+_THOUSANDS = re.compile(rb'"[+-]?[0-9]{1,3}(?:,[0-9]{3})+(?:\.[0-9]*)?"')
 _WHOLE = re.compile(r"[0-9]{1,9}")
 _SIGNS = {0x2212: "-", 0xA0: " ", 0x202F: " ", 0x1A: None}
 _MOST_COLUMNS = math.isqrt(MOST_ENTRIES)
@@ -427,40 +430,88 @@ _LONGEST_LINE = re.compile(rb"[^\n]{300}")  # of one entry of Matrix Market
 def _text(name: str, data: bytes) -> Labeled:
     """Read a dense matrix: commas, semicolons or tabs or blanks with either decimal sign.
 
-    A first line of names or of node numbers labels the columns; under an empty cell at its
-    beginning, the first column names the rows.
+    A first line of names or of node numbers labels the columns, and a first column that repeats
+    them, or stands alone, the rows.
     """
     if _BANNER.match(data):  # as ANSYS may name it
         return _market(name, data)
     lines = _lines(data)
     cut = _separator(max(lines[1:] or lines, key=len))
-    if cut is not None and all(line.endswith(cut) for line in lines):
-        lines = [line[: -len(cut)] for line in lines]
-    if cut != b",":
-        lines = _with_decimal_points(lines)
-    first = lines[0].split(cut, _MOST_COLUMNS)
-    has_names = not any(_NUMBER.fullmatch(cell.strip().translate(_FORTRAN)) for cell in first)
-    has_index = first[0].strip() == b"" and all(cell.strip().isdigit() for cell in first[1:])
-    is_numbered = len(lines) == len(first) + 1 and all(cell.strip().isdigit() for cell in first)
-    labels: list[str] = []
-    if (has_names or has_index or is_numbered) and len(lines) > 1:
-        labels = [cell.strip().decode("utf-8", "replace") for cell in first]
-        lines = lines[1:]
-        if labels[0] == "":
-            labels = labels[1:]
-            lines = [line.partition(cut or b" ")[2] for line in lines]
-    lines = [line.translate(_FORTRAN) for line in lines]
     if cut is not None:
-        _check_triangle(lines, cut)
+        lines = _without_margins(lines, cut)
+    if cut == b",":
+        _refuse_thousands(data)
+    else:
+        lines = _with_decimal_points(lines)
+    labels, lines = _named(lines, cut)
+    if cut is not None:
+        _check_empty_cells(lines, cut)
     _check_widths([len(line.split(cut, _MOST_COLUMNS)) for line in lines])
+    if labels and len(labels) != len(lines):
+        raise RequestError(
+            f"its first line has the words {shown(', '.join(labels))}, but {len(lines)} columns "
+            "need names; a title begins with # or %"
+        )
     try:
         delimiter = None if cut is None else cut.decode()
-        matrix = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
+        numbers = [line.translate(_FORTRAN) for line in lines]
+        matrix = np.loadtxt(numbers, delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
         raise _no_number(lines, cut) from None
-    if labels and len(labels) != len(matrix):
-        raise RequestError(f"has {len(labels)} names for {len(matrix)} columns")
     return Labeled(matrix, _labels("columns", [_node(label) for label in labels]))
+
+
+def _is_number(cell: bytes) -> bool:
+    return _NUMBER.fullmatch(cell.strip().translate(_FORTRAN)) is not None
+
+
+def _named(lines: list[bytes], cut: bytes | None) -> tuple[list[str], list[bytes]]:
+    """Return the names of the columns, [] if they have none, and the lines of numbers."""
+    first = [cell.strip() for cell in lines[0].split(cut, _MOST_COLUMNS)]
+    rest = lines[1:]
+    are_words = not any(map(_is_number, first))
+    are_nodes = all(cell.isdigit() for cell in first)
+    begins = [line.split(cut, 1)[0].strip() for line in lines]
+    # "node,101,102" above "101,..." and "102,..."
+    is_repeated = not _is_number(first[0]) and begins[1:] == first[1:]
+    are_nodes_behind = not first[0] and all(cell.isdigit() for cell in first[1:])
+    has_head = are_words or is_repeated or are_nodes_behind
+    has_head = has_head or (are_nodes and len(rest) == len(first))
+    if not rest or not has_head:
+        if any(not begin or _is_number(begin) for begin in begins):
+            return [], lines
+        return _decoded(begins), _without_first_column(lines, cut)
+    begins = begins[1:]
+    width = len(rest[0].split(cut, _MOST_COLUMNS))
+    has_rows = is_repeated or not first[0]
+    if has_rows and width == len(first):
+        first = first[1:]
+    elif begins != first or width != len(first) + 1:
+        return _decoded(first), rest
+    columns = _labels("columns", [_node(label) for label in _decoded(first)])
+    rows = _labels("rows", [_node(label) for label in _decoded(begins)])
+    if rows and rows != columns:
+        raise RequestError("names its rows otherwise than its columns")
+    return _decoded(first), _without_first_column(rest, cut)
+
+
+def _decoded(cells: Sequence[bytes]) -> list[str]:
+    return [cell.decode("utf-8", "replace") for cell in cells]
+
+
+def _without_first_column(lines: Sequence[bytes], cut: bytes | None) -> list[bytes]:
+    parts = [line.split(cut, 1) for line in lines]
+    return [part[1] if len(part) > 1 else b"" for part in parts]
+
+
+def _without_margins(lines: list[bytes], cut: bytes) -> list[bytes]:
+    """Return lines without the empty rows and columns that a sheet has around its numbers."""
+    lines = [line for line in lines if line.strip(cut + b" ")]
+    if not lines:
+        raise RequestError("holds no numbers")
+    left = min(len(line) - len(line.lstrip(cut)) for line in lines)
+    right = min(len(line) - len(line.rstrip(cut)) for line in lines)
+    return [line[left : len(line) - right] for line in lines]
 
 
 def _node(label: str) -> str | int:
@@ -505,17 +556,34 @@ def _with_decimal_points(lines: list[bytes]) -> list[bytes]:
     return [line.replace(b",", b".") for line in lines] if with_comma else lines
 
 
-def _check_triangle(lines: list[bytes], cut: bytes) -> None:
-    """Raise `RequestError` if all cells above or below the diagonal are empty, as from Excel."""
-    if len(lines) == 1 or not any(cut + cut in line or line.endswith(cut) for line in lines):
+def _refuse_thousands(data: bytes) -> None:
+    if match := _THOUSANDS.search(data):
+        text = match[0].decode()
+        raise RequestError(f"holds {text}: export its numbers without signs between thousands")
+
+
+def _check_empty_cells(lines: list[bytes], cut: bytes) -> None:
+    """Raise `RequestError` for an empty cell; Excel may leave those of a triangle empty."""
+    pair = cut + cut
+    if not any(pair in line or line[:1] == cut or line[-1:] == cut for line in lines):
         return
     cells = [line.split(cut, _MOST_COLUMNS) for line in lines]
-    above = [[bool(cell.strip()) for cell in row[i + 1 :]] for i, row in enumerate(cells)]
-    below = [[bool(cell.strip()) for cell in row[:i]] for i, row in enumerate(cells)]
-    if not any(map(any, above)):
+    empty = [
+        (row, column)
+        for row, of_row in enumerate(cells)
+        for column, cell in enumerate(of_row)
+        if not cell.strip()
+    ]
+    n = len(lines)
+    if not empty or n == 1:
+        return
+    half = n * (n - 1) // 2
+    if len(empty) == half and all(row < column for row, column in empty):
         _refuse_triangle("lower")
-    if not any(map(any, below)):
+    if len(empty) == half and all(row > column for row, column in empty):
         _refuse_triangle("upper")
+    row, column = empty[0]
+    raise RequestError(f"row {row + 1}, column {column + 1} is empty: give all numbers, also 0")
 
 
 def _refuse_triangle(side: str) -> None:
@@ -534,14 +602,17 @@ def _check_widths(widths: Sequence[int]) -> None:
         if width != widths[0]:
             raise RequestError(f"row {row} has {width} numbers, the first one {widths[0]}")
     if count != widths[0]:
-        raise RequestError(f"has the shape ({count}, {widths[0]}); it must be square")
+        hint = ""
+        if widths[0] == len(("row", "column", "value")) and count > widths[0]:
+            hint = "; rows of `row, column, value` are read by np.loadtxt"
+        raise RequestError(f"has the shape ({count}, {widths[0]}); it must be square{hint}")
 
 
 def _no_number(lines: list[bytes], cut: bytes | None) -> RequestError:
     """Return the error for the first cell of a table that is no number."""
     for row, line in enumerate(lines, start=1):
         for column, cell in enumerate(line.split(cut), start=1):
-            if not _NUMBER.fullmatch(cell.strip()):
+            if not _is_number(cell):
                 text = shown(cell.strip().decode("utf-8", "replace"))
                 return RequestError(f"row {row}, column {column}: {text} must be a number")
     return RequestError("holds a cell that is no number")
@@ -640,6 +711,9 @@ def _entries(body: bytes, count: int, width: int) -> np.ndarray:
 _READERS: Mapping[str, Callable[[str, bytes], Labeled]] = {
     ".csv": _text,
     ".txt": _text,
+    ".dat": _text,
+    ".tsv": _text,
+    ".asc": _text,
     ".npy": _npy,
     ".npz": _npz,
     ".mtx": _market,

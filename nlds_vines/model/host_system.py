@@ -44,7 +44,7 @@ from nlds_vines.model.parameters import (
     split_name,
 )
 from nlds_vines.model.ratios import RATIOS as PARAMETERS_BY_RATIO
-from nlds_vines.model.ratios import Ratio
+from nlds_vines.model.ratios import Ratio, from_percentage, refuse_critical
 from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene, Stroke, Values
 
 if TYPE_CHECKING:
@@ -149,11 +149,12 @@ class Damper:
         One or two walls, by default none: a tuned mass damper.
     f : float, optional
         In place of k, the frequency [Hz] of its mass on a structure at rest: k = (2 pi f)^2 m.
-    zeta : float, optional
-        In place of c, its damping ratio on a structure at rest: c = 2 zeta sqrt(k m).
+    zeta : float or str, optional
+        In place of c, its damping ratio on a structure at rest, 0.1 or "10%", below 1:
+        c = 2 zeta sqrt(k m).
     frequency_ratio : float, optional
         In place of k and f, its frequency over that of the lowest mode of the host alone that has
-        one; `System.from_host` replaces it by f.
+        one; `System.from_host` replaces it by f, as a host does not change.
 
     Raises
     ------
@@ -179,7 +180,7 @@ class Damper:
     c: float = 0.0
     walls: Sequence[Wall] = ()
     f: float | None = None
-    zeta: float | None = None
+    zeta: float | str | None = None
     frequency_ratio: float | None = None
 
     def __post_init__(self) -> None:
@@ -227,7 +228,13 @@ class Damper:
         if stated and self.m is None:
             raise RequestError(f"{stated[0]} needs a mass m, which is missing")
         for key in stated:
-            DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
+            value = getattr(self, key)
+            if key == "zeta":
+                value = from_percentage(key, value)
+            DESCRIBED[f"{self.name}.{key}"].check(number(key, value))
+            if key == "zeta":
+                refuse_critical(key, value)
+            self.__dict__[key] = value
         for key in ("k", "c"):
             by_ratio = [ratio for ratio in stated if _RATIOS_OF_DAMPERS[ratio] == key]
             statements = [key, *by_ratio] if getattr(self, key) != 0 else by_ratio
@@ -246,11 +253,8 @@ class Damper:
         """Return the damper with the frequency f [Hz] of its `frequency_ratio` on a host."""
         if self.frequency_ratio is None:
             return self
-        with at(f"damper {self.name!r}: frequency_ratio"):
-            lowest = [omega for omega in host.frequencies.tolist() if omega > 0][:1]
-            if not lowest:
-                raise RequestError("no mode of the host has a frequency: give f or k")
-        f = self.frequency_ratio * lowest[0] / (2 * pi)
+        with at(f"damper {self.name!r}"):
+            f = frequency_by_ratio(self.frequency_ratio, host)
         c = 0.0 if self.zeta is not None else self.c
         return replace(self, k=0.0, c=c, f=f, frequency_ratio=None)
 
@@ -314,7 +318,7 @@ class Damper:
             (key, wall.side) for wall in self.walls for key in ("gap", *LAWS[wall.law].allowed)
         ]
         keys = dict.fromkeys(key for key, _ in of_walls)
-        ratios = ("f", "zeta") if self.m is not None else ()
+        ratios = ("f", "zeta", "frequency_ratio") if self.m is not None else ()
         return (*self.own, *ratios, *keys, *(key + side for key, side in of_walls))
 
     def changed(self, values: Mapping[str, Any]) -> Damper:
@@ -343,6 +347,15 @@ class Damper:
 
 
 _RATIOS_OF_DAMPERS = {"f": "k", "frequency_ratio": "k", "zeta": "c"}
+
+
+def frequency_by_ratio(ratio: float, host: Host) -> float:
+    """Return the frequency [Hz] of a ratio to that of the host's lowest mode that has one."""
+    with at("frequency_ratio"):
+        rates = host.frequencies[host.frequencies > 0]
+        if rates.size == 0:
+            raise RequestError("no mode of the host has a frequency: give f or k")
+    return ratio * float(rates[0]) / (2 * pi)
 
 
 def _of(name: str, gives: str) -> Ratio:
@@ -629,9 +642,9 @@ class HostSystem(Outlined):
         ----------
         **changes
             By name, SI units: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.f` [Hz]
-            in place of k and `cell1.zeta` in place of c; `cell1.gap` and constants of all its
-            walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and `ground`, which
-            replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
+            or `cell1.frequency_ratio` in place of k and `cell1.zeta` in place of c; `cell1.gap` and
+            constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and
+            `ground`, which replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
             of one damper: `cell1={"k": 300.0}`.
 
         Returns
@@ -678,6 +691,8 @@ class HostSystem(Outlined):
                 forces, acceleration = {}, value
             elif owner == FORCE:
                 forces, acceleration = {**forces, key: value}, 0.0
+            elif key == "frequency_ratio":
+                of_dampers.setdefault(owner, {})["f"] = frequency_by_ratio(value, self.host)
             else:
                 of_dampers.setdefault(owner, {})[key] = value
         dampers = tuple(

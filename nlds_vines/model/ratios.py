@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, number
+from nlds_vines.errors import RequestError, choice, from_text, number, shown
 from nlds_vines.model import parameters
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS, Parameter
@@ -74,6 +74,24 @@ class Ratio:
 
 def _numbers(name: str, value: Any) -> Any:
     return value if isinstance(value, np.ndarray) else number(name, value)
+
+
+def from_percentage(name: str, value: Any) -> Any:
+    """Return the number that a percentage means, "2%"; other values as they are."""
+    if not isinstance(value, str):
+        return value
+    if not value.endswith("%"):
+        raise RequestError(f"{name} = {shown(value)} must be a number, or as '2%'")
+    return from_text(float, name, value[:-1]) / 100.0
+
+
+def refuse_critical(name: str, ratio: float) -> None:
+    """Raise `RequestError` for a damping ratio of 1 and more, which may be meant in percent."""
+    if ratio >= 1.0:
+        raise RequestError(
+            f"{name} = {ratio:g} is {100 * ratio:g} % of critical damping; allowed: below 1. "
+            f"{ratio:g} % is {ratio / 100:g} or '{ratio:g}%'"
+        )
 
 
 def _critical(k: Any, m: Any) -> Any:

@@ -112,7 +112,7 @@ def simulate(
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
     truth("quiet", quiet)
-    of = (of,) if isinstance(of, str) else checked_names("of", of)
+    of = checked_names("of", [of] if isinstance(of, str | int) else of)
     engine, scene = engine_for(system), system.scene
     choice("method", method, scene.methods)
     words = checked_record(system, record)

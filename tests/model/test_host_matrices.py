@@ -15,6 +15,8 @@ import scipy.io
 import scipy.sparse
 
 import nlds_vines as nv
+from nlds_vines.errors import checked_names, shown
+from nlds_vines.model.loads.loading import Loading
 
 M = np.diag([1.0, 2.0, 3.0])
 K = np.array([[3.25, -1.5, 0.0], [-1.5, 2.0, -1e-3], [0.0, -1e-3, 4.125]])
@@ -59,12 +61,28 @@ TEXTS = {
         "utf-8",
         NUMBERED,
     ),
+    "pandas with an index and its name": (
+        "node,101,102,103\n" + with_row_names(NUMBERED),
+        "utf-8",
+        NUMBERED,
+    ),
+    "pandas to_string": (
+        "   a b c\n" + with_row_names("abc").replace(",", " "),
+        "utf-8",
+        ("a", "b", "c"),
+    ),
+    "rows with names": (with_row_names(("n1", "n2", "n3")), "utf-8", ("n1", "n2", "n3")),
+    "Excel, with empty cells around": (
+        ",,,,,\n" + "\n".join(f",{row},," for row in rows(",").split("\n")) + "\n,,,,,\n",
+        "utf-8",
+        NAMES,
+    ),
     "Excel, with its separator": ("sep=;\r\n" + rows(";", ","), "utf-8", NAMES),
 }
 
 
 @pytest.mark.parametrize("kind", TEXTS)
-@pytest.mark.parametrize("suffix", [".csv", ".txt"])
+@pytest.mark.parametrize("suffix", [".csv", ".txt", ".dat", ".tsv", ".asc"])
 def test_texts_are_read_as_programs_write_them(here, kind, suffix):
     text, encoding, names = TEXTS[kind]
     path = here / f"K{suffix}"
@@ -118,6 +136,20 @@ def test_sparse_files_of_blocks_and_of_diagonals_are_read_whatever_their_shapes(
         assert "its blocks do not fit its shape" in error_of(nv.Host, np.eye(4), "sparse.npz")
 
 
+def test_a_host_is_read_from_one_file_of_each_matrix(here, error_of):
+    np.save("M.npy", M)
+    np.savetxt("K.txt", K)
+    scipy.io.mmwrite("C.mtx", 0.1 * K)
+    host = nv.Host.from_file("M.npy", here / "K.txt", "C.mtx", dofs=[101, 102, 103])
+    expected = nv.Host(M, K, 0.1 * K, dofs=NUMBERED)
+    assert host.dofs == expected.dofs
+    for name in ("M", "K", "C"):
+        assert np.array_equal(getattr(host, name), getattr(expected, name))
+    assert "4 files; allowed: those of M, K and C" in error_of(nv.Host.from_file, *["M.npy"] * 4)
+    assert error_of(nv.Host.from_file, "M.npy", K) == f"path = {shown(K)} must be a path"
+    assert error_of(nv.Host.from_file, 5) == "path = 5 must be a path"
+
+
 @pytest.mark.parametrize(
     "names", [("M", "K", "C"), ("m", "k", "c"), ("mass", "stiffness", "damping")]
 )
@@ -133,7 +165,7 @@ def test_one_file_has_all_matrices_under_the_usual_names(here, names):
     assert np.array_equal(nv.Host("frame.npz", "frame.npz").K, K)
 
 
-def test_names_come_from_tables_of_pandas_and_from_numbers_of_nodes():
+def test_names_come_from_tables_of_pandas_and_from_numbers_of_nodes(error_of):
     plain, named = pd.DataFrame(M), pd.DataFrame(K, columns=[7, 8, 9], index=[7, 8, 9])
     assert nv.Host(plain, named).dofs == ("7", "8", "9")
     assert nv.Host(plain, named, dofs=list("abc")).dofs == ("a", "b", "c")
@@ -156,6 +188,10 @@ def test_names_come_from_tables_of_pandas_and_from_numbers_of_nodes():
     assert np.array_equal(host.row(102), host.row("102"))
     response = host.frequency_response(1.0, force={102: 1.0})
     assert np.array_equal(response, host.frequency_response(1.0, force={"102": 1.0}))
+    assert checked_names("of", [101, np.int64(102), "roof"]) == ("101", "102", "roof")
+    assert Loading(on=102).on == "102"
+    assert Loading(on={101: 1, "102": 2}).on == {"101": 1.0, "102": 2.0}
+    assert "names a degree of freedom twice" in error_of(Loading, on={1: 1.0, "1": 2.0})
     shaken = {"influence": {101: 1.0}, "acceleration": 1.0}
     assert nv.System.from_host(host, base=shaken, omega=1.0).host.inertia.tolist() == [1.0, 0, 0]
 
@@ -164,14 +200,21 @@ MASKED = np.ma.array(K, mask=K == 2.0)
 MARKET = "%%MatrixMarket matrix coordinate real general\n"
 WRONG_FILES = {
     "K.mat": (b"", "MATLAB's files are not read here: a = scipy.io.loadmat"),
-    "K.xlsx": (b"", "allowed: .csv, .txt, .npy, .npz and .mtx"),
+    "K.xlsx": (b"", "allowed: .csv, .txt, .dat, .tsv, .asc, .npy, .npz and .mtx"),
     "lower.txt": (b"1\n2 1\n0 2 1", "is the lower triangle of a symmetric matrix alone"),
     "upper.csv": (b"1,2,3\n1,2\n1", "is the upper triangle of a symmetric matrix alone"),
     "sheet.csv": (b"1,,\n2,1,\n0,2,1", "is the lower triangle of a symmetric matrix alone"),
     "page.csv": (b"1;2,5;3\n;1;2,5\n;;1", "is the upper triangle of a symmetric matrix alone"),
     "full.csv": (b"1,0,0\n2,5,0\n0,1,5", "it is its lower triangle alone; give all of it"),
     "empty.csv": (b"\n\n# nothing\n", "holds no numbers"),
-    "gap.csv": (b"1,,0\n0,1,0\n0,0,1", "row 1, column 2: '' must be a number"),
+    "gap.csv": (b"1,,0\n0,1,0\n0,0,1", "row 1, column 2 is empty: give all numbers, also 0"),
+    "blank.csv": (b"1, ,0\n0,1,0\n0,0,1", "row 1, column 2: '' must be a number"),
+    "diagonal.csv": (b"1,,\n,1,\n,,1", "row 1, column 2 is empty: give all numbers, also 0"),
+    "thousands.csv": (b'"20,000",0,0\n0,1,0\n0,0,1', 'holds "20,000": export its numbers without'),
+    "words.csv": (b"Stiffness of a frame\n1,0,0\n0,1,0\n0,0,1", "but 3 columns need names; a tit"),
+    "triplets.txt": (b"1 1 2.5\n1 2 -1\n2 2 1\n3 3 1", "rows of `row, column, value` are read by"),
+    "swapped.csv": (b",a,b,c\nb,0,1,0\na,1,0,0\nc,0,0,1", "names its rows otherwise than its"),
+    "node.csv": (b"1,0,0\n0,node,0\n0,0,1", "row 2, column 2: 'node' must be a number"),
     "script.csv": ("1,\u0661,0\n0,1,0\n0,0,1".encode(), "row 1, column 2: '\u0661' must be"),
     "python.csv": (b"1,0,0\n0,1_0,0\n0,0,1", "row 2, column 2: '1_0' must be a number"),
     "signs.csv": (b"1.0;0,5\n0,5;2", "a comma and a point: one of them is a decimal sign"),

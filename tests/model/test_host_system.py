@@ -109,6 +109,25 @@ def test_the_frequency_ratio_of_a_damper_counts_from_the_lowest_mode_of_the_host
     assert np.isnan([tuned.k, tuned.c]).all()  # before it is on a host
 
 
+def test_the_frequency_ratio_of_a_damper_varies_as_its_frequency_does(error_of):
+    tuned = nv.Damper("tuned", "roof", m=300.0, frequency_ratio=0.97, zeta="10%")
+    system = nv.System.from_host(FRAME, [tuned], force={"roof": 1.0}, f=2.0)
+    assert system.dampers[0].zeta == 0.1
+    other = nv.Damper("tuned", "roof", m=300.0, frequency_ratio=0.9, zeta=0.1)
+    expected = nv.System.from_host(FRAME, [other], force={"roof": 1.0}, f=2.0)
+    name = "tuned.frequency_ratio"
+    assert name in system.allowed
+    assert system.with_(**{name: 0.9}).to_table() == expected.to_table()
+    assert system.with_values([name], [0.9]).to_table() == expected.to_table()
+    assert system.following([name]) == {"tuned.k", "tuned.c"}
+    lighter = system.with_(**{name: 0.9, "tuned.m": 200.0}).dampers[0]
+    assert lighter.f == expected.dampers[0].f
+    free = nv.System.from_host(
+        nv.chain([1.0], [0.0]), [nv.Damper("tuned", "x1", m=1.0, k=1.0)], force={"x1": 1.0}, f=2.0
+    )
+    assert error_of(free.with_, **{name: 0.9}).startswith("frequency_ratio: no mode of the host")
+
+
 def test_a_damper_may_have_the_name_of_a_load():
     assert is_of_load("tone.omega")
     assert not is_of_load("tone.k")
@@ -133,7 +152,10 @@ def test_a_damper_moves_to_another_place():
         ({"cel.k": 1.0}, "unknown parameter 'cel.k'; did you mean 'cell.k'"),
         ({"cell": 1.0}, "unknown parameter 'cell'"),
         ({"m2": 1.0}, "unknown parameter 'm2'"),
-        ({"cell.kk": 1.0}, "damper 'cell': unknown parameter 'kk'; allowed: m, k, c, f, zeta, gap"),
+        (
+            {"cell.kk": 1.0},
+            "damper 'cell': unknown parameter 'kk'; allowed: m, k, c, f, zeta, fr",
+        ),
         ({"stop.m": 1.0}, "damper 'stop': unknown parameter 'm'; allowed: k, c, gap"),
         ({"cell.e+": 1.0}, "damper 'cell': unknown parameter 'e[+]'"),
         ({"ball.gap-": 1.0}, "damper 'ball': unknown parameter 'gap-'"),
@@ -191,7 +213,12 @@ def of(*dampers, host=FRAME, **load):
         (lambda: hung(f=-1.0), r"a.f = -1.0 is not allowed: .* \[Hz\] must be >= 0"),
         (lambda: hung(m=None, place=("roof", "floor1"), f=1.0), "f needs a mass m, which is"),
         (lambda: SYSTEM.with_(**{"cell.f": 1.0, "cell.k": 1.0}), "cell.f beside cell.k: give one"),
-        (lambda: SYSTEM.with_(**{"cell.frequency_ratio": 1.0}), "unknown parameter 'frequency_r"),
+        (lambda: SYSTEM.with_(**{"stop.frequency_ratio": 1.0}), "unknown parameter 'frequency_r"),
+        (lambda: SYSTEM.with_(**{"cell.frequency_ratio": 1.0, "cell.k": 1.0}),
+         "cell.frequency_ratio beside cell.k: give one of them"),
+        (lambda: hung(f=1.0, zeta=5), "zeta = 5 is 500 % of critical .* is 0.05 or '5%'"),
+        (lambda: hung(f=1.0, zeta="5"), "damper 'a': zeta = '5' must be a number, or as '2%'"),
+        (lambda: of(force={"roof": 1.0, 5: 1.0, "5": 2.0}), "force = .* names a degree of freedom"),
         (lambda: of(f=1.0), "f beside omega: give one of them"),
         (lambda: of(f=-1.0, omega=None), "omega = -6.28.* must be > 0"),
         (lambda: of(f="2 Hz", omega=None), "f = '2 Hz' must be a number"),

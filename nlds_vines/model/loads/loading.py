@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, at, number, string
+from nlds_vines.errors import RequestError, at, by_dof_names, dof_name, number, string, table
 from nlds_vines.model.loads.courses import (
     REACH,
     TERMS,
@@ -105,8 +105,8 @@ def _loads(kind: str, words: str) -> Any:
 
     def check(value: object) -> tuple[Load, ...]:
         each = value if isinstance(value, list | tuple) else [value]
-        for table in (one for one in each if isinstance(one, Mapping)):
-            for key in table.keys() & OPTIONS.keys() - settings_of(ALL[kind]).keys():
+        for given in (one for one in each if isinstance(one, Mapping)):
+            for key in given.keys() & OPTIONS.keys() - settings_of(ALL[kind]).keys():
                 with at(f"[load.{kind}]"):
                     raise of_load(key)
         return tuple(one if isinstance(one, Load) else ALL[kind].of(one) for one in each)
@@ -118,8 +118,9 @@ def _loads(kind: str, words: str) -> Any:
 def _places(value: object) -> str | Mapping[str, float]:
     """Return the degree of freedom that forces act on, or the factors of several by name."""
     if isinstance(value, Mapping) and value:
-        return {str(dof): number(f"on.{dof}", factor) for dof, factor in value.items()}
-    return string("on", value)
+        factors = table("on", by_dof_names("on", value))
+        return {dof: number(f"on.{dof}", factor) for dof, factor in factors.items()}
+    return string("on", dof_name("on", value))
 
 
 @dataclass(frozen=True, kw_only=True)

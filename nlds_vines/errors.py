@@ -245,7 +245,9 @@ def dof_name(what: str, label: object) -> str:
     if isinstance(label, str):
         return label
     if isinstance(label, numbers.Integral) and not isinstance(label, bool):
-        return str(int(label))
+        node = int(label)
+        if abs(node) < 10**18:  # Python makes no text of thousands of digits
+            return str(node)
     raise RequestError(f"{what}: {shown(label)} must be a text or a whole number")
 
 

@@ -16,8 +16,13 @@ def run(work: Callable[[], int]) -> int:
         from nlds_vines.cli.terminal import exit_status_of
     except KeyboardInterrupt:  # nothing takes signals yet
         sys.stderr.write("nlds-vines: interrupted\n")
-        return 130
-    return exit_status_of("", work)
+        status = 130
+    else:
+        status = exit_status_of("", work)
+    # after Ctrl-C within `exec` of a text, as of a data class, Python would end by the signal
+    # rather than with our status; the next evaluation of a text makes it forget that
+    eval("0")
+    return status
 
 
 def run_module(name: str) -> int:

@@ -481,6 +481,19 @@ def test_a_signal_while_a_program_loads_its_modules_ends_it_in_one_line(
     assert done.stderr in ("nlds-vines: interrupted\n", "nlds-vines tuning: interrupted\n")
 
 
+INTERRUPTED_IN_A_TEXT = """
+from nlds_vines.cli.entry import run
+raise SystemExit(run(lambda: exec("import os, signal; os.kill(os.getpid(), signal.SIGINT)")))
+"""
+
+
+def test_ctrl_c_while_python_carries_out_a_text_ends_with_our_status(here):
+    """As a data class is made so, each import has such moments; Python would end by SIGINT."""
+    (here / "program.py").write_text(INTERRUPTED_IN_A_TEXT, "utf-8")
+    done = python("-m", "program", cwd=here)
+    assert (done.returncode, done.stderr) == (130, "nlds-vines: interrupted\n")
+
+
 def test_what_is_loaded_before_a_program_takes_signals_is_next_to_nothing():
     """Until then Python answers Ctrl-C with a traceback."""
     program = (

@@ -571,6 +571,46 @@ def test_times_as_dates(tmp_path, heading, stamp, cut):
     assert record.values == tuple(VALUES)
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "NPTS=   200, DT=   .0050 SEC\nACCELERATION IN UNITS OF G",
+        "ACCELERATION (G)\nNPTS=   200, DT=   .0050 SEC",
+        "NPTS=   200, DT=   .0050 SEC\nAcceleration (g)",
+        "ACCELERATION TIME HISTORY IN UNITS OF G\n 200    0.0050    NPTS, DT",
+    ],
+)
+def test_a_header_of_peer_states_its_unit_above_or_below_its_step(tmp_path, header):
+    text = f"PEER NGA STRONG MOTION DATABASE RECORD\nEl Centro, 180\n{header}\n"
+    record = read(tmp_path, "a.AT2", text + rows(VALUES, 5, "{:15.7E}"))
+    np.testing.assert_allclose(record.values, VALUES, rtol=1e-7)
+    assert record.unit == "g"
+    assert record.times[-1] == pytest.approx(199 * 0.005)
+
+
+def test_the_index_of_a_table_of_pandas_is_neither_times_nor_values(tmp_path, error_of):
+    lines = [f"{i},{0.01 * i},{value}" for i, value in enumerate(VALUES)]
+    record = read(tmp_path, "quake.csv", "\n".join([",time,a [g]", *lines]))
+    assert record.values == tuple(VALUES)
+    assert record.times[-1] == pytest.approx(1.99)
+    lines = [f"{i},{value}" for i, value in enumerate(VALUES)]
+    text = "\n".join([",a [g]", *lines])
+    assert "one column needs dt, its step" in error_of(read, tmp_path, "quake.csv", text)
+    assert read(tmp_path, "quake.csv", text, dt=0.01, column=2).values == tuple(VALUES)
+    lines = [f"{0.01 * i},{value}" for i, value in enumerate(VALUES)]  # an index of times
+    record = read(tmp_path, "quake.csv", "\n".join([",a [g]", *lines]))
+    assert record.times[-1] == pytest.approx(1.99)
+
+
+def test_files_of_other_programs_are_refused_with_the_way_out(tmp_path, error_of):
+    np.save(tmp_path / "quake.npy", VALUES)
+    assert "np.savetxt writes it as text" in error_of(read_file, tmp_path / "quake.npy")
+    binary = np.array(VALUES).tobytes() + bytes(99)
+    for name in ("quake.sac", "quake.MSEED"):
+        assert "; obspy reads SAC and miniSEED" in error_of(read, tmp_path, name, binary)
+    assert "obspy" not in error_of(read, tmp_path, "quake.bin", binary)
+
+
 def test_a_step_beside_times_without_a_heading_is_refused(tmp_path, error_of):
     text = in_columns("{:10.3f}", [0.01 * i for i in range(200)], VALUES)
     wrong = error_of(read, tmp_path, "quake.txt", text, dt=0.02, unit="g", column=2)

@@ -338,11 +338,15 @@ FORMATS: tuple[Format, ...] = (
     Format(
         name="PEER",
         mark=r"NPTS.*\bDT\b",
-        above=r"NPTS\s*=\s*\d+[\s,]*DT\s*=|\d[\s,]+[\d.EeDd+-]+\s+NPTS,?\s*DT",
+        above=(
+            r"NPTS\s*=\s*\d+[\s,]*DT\s*=|\d[\s,]+[\d.EeDd+-]+\s+NPTS,?\s*DT|"
+            r"^acceleration\b.*(?:\bunits?\b|\()"
+        ),
         facts=(
             r"NPTS\s*=\s*(?P<count>\d+)[\s,]*DT\s*=\s*(?P<step>[\d.EeDd+-]+)",
             r"(?P<count>\d+)[\s,]+(?P<step>[\d.EeDd+-]+)\s+NPTS,?\s*DT",
             r"\bUNITS?\s*(?:OF|:|=)\s*(?P<unit>\S+)",
+            r"^acceleration\s*\((?P<unit>[^)]+)\)",
             r"\b(?P<kind>acceleration|velocity|displacement)\b",
         ),
     ),

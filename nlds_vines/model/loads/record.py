@@ -67,6 +67,7 @@ GAP = 1.5  # a step this many times the median one is a gap
 MOST_GUESSED = 20  # datasets of an HDF5 file among which times are looked for
 TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}  # units of time, in s
 _HDF5 = (".h5", ".hdf5", ".nc")
+_OF_OBSPY = (".sac", ".mseed", ".miniseed", ".ms")
 _VERTICAL = (
     "v",
     "z",
@@ -118,18 +119,20 @@ class RecordFile:
         """
         content = self._content(Path(self.file), unit)
         columns = content.columns
+        is_indexed = content.is_ordered and _has_index(columns)
+        no_index = columns[1:] if is_indexed else columns
         notes = [content.format] if content.format else []
         if content.dt and self.dt and not math.isclose(self.dt, content.dt, rel_tol=1e-6):
             raise RequestError(f"dt = {self.dt:g} s, but the file has steps of {content.dt:g} s")
         dt = content.dt or self.dt
         has_unit = unit or any(one.unit for one in columns)
         also = "" if has_unit else f"; give unit, too, of its values: {', '.join(UNITS)}"
-        time = None if dt else _time_of(content, also)
+        time = None if dt else _time_of(content._replace(columns=no_index), also)
         stamps = [one for one in columns if is_time(one.name, one.unit)]
         if self.dt and stamps:
             name = _name_of(stamps[0], columns)
             raise RequestError(f"dt = {self.dt:g} s stands beside {name}, which has times")
-        others = [one for one in columns if one is not time and one not in stamps]
+        others = [one for one in no_index if one is not time and one not in stamps]
         column = self._chosen(content, others or columns)
         if time is not None and stamps:  # the last one before the values, if each has its own
             before = [one for one in stamps if columns.index(one) < columns.index(column)]
@@ -194,7 +197,13 @@ class RecordFile:
         data = read_bytes(path, MOST_BYTES, first=8 if is_hdf5 else None)
         if is_hdf5 or data.startswith(b"\x89HDF\r\n\x1a\n"):
             return _content_of_hdf5(path)
-        lines = lines_in(data, self.skip)
+        if data.startswith(b"\x93NUMPY"):
+            raise RequestError("is an array of NumPy: np.savetxt writes it as text")
+        try:
+            lines = lines_in(data, self.skip)
+        except RequestError as error:
+            hint = "; obspy reads SAC and miniSEED" if path.suffix.lower() in _OF_OBSPY else ""
+            raise RequestError(f"{error}{hint}") from None
         del data  # which may be 64 MB
         if not lines:
             raise RequestError("holds no numbers")
@@ -270,6 +279,18 @@ def _time_of(content: Content, also: str) -> Column:
         f"{len(ascending)} of the datasets {names} ascend; allowed: one alone, a dataset `time` or "
         f"`t`, or dt, the step of the samples{also}"
     )
+
+
+def _has_index(columns: Sequence[Column]) -> bool:
+    """Return True if the first column, without a name beside named ones, counts the rows from 0.
+
+    That is the index of a table of pandas.
+    """
+    is_named = [bool(one.name) for one in columns]
+    if is_named[0] or len(columns) < 2 or not all(is_named[1:]):
+        return False
+    numbers = columns[0].read()
+    return numbers == list(range(len(numbers)))
 
 
 def _name_of(column: Column, columns: Sequence[Column]) -> str:

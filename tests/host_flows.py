@@ -23,7 +23,8 @@ from nlds_vines.orbits.host_orbits import HostOrbits
 def follow_flow(body, walls, contacts, impacts, y, sections, tangent, counts):
     """Fill sections, the tangent and counts over periods; without a tangent in two runs.
 
-    Returns (status, state, tr A, smallest clearance [m], smallest approach speed [m/s]).
+    Returns (status, state, tr A, logarithm of the factor by which contacts have changed volumes,
+    smallest clearance [m], smallest approach speed [m/s]).
     """
     flow, status = host_flow(body, walls, contacts, impacts, 1)
     state, first = new_host_state(flow), len(sections) // 2
@@ -35,7 +36,7 @@ def follow_flow(body, walls, contacts, impacts, y, sections, tangent, counts):
         if status == OK:
             status = advance_host(flow, sections[p : p + 1], 1, tangent, state)
             counts += flow.by_period[0]
-    return status, state, flow.trace, flow.clearance[0], flow.slowest[0]
+    return status, state, flow.trace, flow.shrunk[0], flow.clearance[0], flow.slowest[0]
 
 
 class Mapped(NamedTuple):
@@ -44,6 +45,7 @@ class Mapped(NamedTuple):
     sections: np.ndarray  # (periods, N)
     state: np.ndarray
     trace: float  # tr A
+    shrunk: float  # logarithm of the factor by which contacts have changed volumes
     matrix: np.ndarray  # (N, N) the derivative of the last section by y
     counts: np.ndarray  # impacts by wall
     clearance: float
@@ -63,13 +65,13 @@ class HostMap:
         counts = np.zeros(walls, np.int64)
         filled, one = np.zeros(1, np.int64), np.full(1, np.inf)
         impacts = Impacts(np.zeros(0), filled, 0, np.zeros(walls, np.int64), one, np.zeros(walls))
-        status, state, trace, clearance, slowest = follow_flow(
+        status, state, trace, shrunk, clearance, slowest = follow_flow(
             self.orbits.body, self.orbits.walls, self.orbits.contacts(), impacts, y.copy(),
             sections, tangent, counts,
         )  # fmt: skip
         assert status == OK
         matrix = tangent.reshape(-1, N).T
-        return Mapped(sections, state, trace, matrix, counts, clearance, slowest)
+        return Mapped(sections, state, trace, shrunk, matrix, counts, clearance, slowest)
 
     def scales(self, sections):
         """Return the largest displacement and the largest rate, for each component."""

@@ -326,7 +326,8 @@ class LyapunovSpectrum(Outlined):
         Mean growth rates [1/s] up to these times; the last row is `exponents`.
     divergence : float
         Mean divergence [1/s] of the flow and the contacts, computed apart from the exponents. Their
-        sum equals it: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing.  NaN of a host.
+        sum equals it: -(c1 + c2) / m1 - c2 / m2 if contacts dissipate nothing, of a host
+        -tr(M^-1 C).  Each rigid impact adds 2 ln e over the time; -inf if one leaves no volume.
     """
 
     exponents: np.ndarray

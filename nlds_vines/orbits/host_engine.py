@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
@@ -147,7 +146,6 @@ class HostEngine:
         size = len(self.system.scene.components)
         orbits, norms = HostOrbits(self.system), np.zeros(size + 1)
         traced = room_for(1, size, 0, size, orbits.walls.number)
-        traced.numbers[cycles.LOG_DETERMINANT] = np.nan  # which these kernels do not have
         return Variations(
             kernel=trace_host,
             arguments=(orbits.body, orbits.walls, orbits.contacts()),

@@ -556,7 +556,7 @@ def strike(host, varied, wall, time, drive, y):
     expand_impulses(host, y)
     note_impulses(walls, contacts, host.impacts)
     if varied is not None:
-        vary_at_impact(body, walls, contacts, varied, wall)
+        vary_at_impact(body, walls, contacts, varied, wall, y)
     departs = False  # whether a wall that holds is left at a negligible speed
     for place in range(active[0], 0, -1):
         other = active[place]

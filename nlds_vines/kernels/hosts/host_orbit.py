@@ -66,6 +66,7 @@ class HostFlow(NamedTuple):
     by_period: np.ndarray  # (TOGETHER, walls) impacts of the last periods
     clearance: np.ndarray  # (2,) smallest near miss so far [m], and its wall
     slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
+    shrunk: np.ndarray  # (1,) logarithm of the factor by which contacts have changed volumes so far
 
 
 # ---- preparation ---------------------------------------------------------------------------------
@@ -105,6 +106,7 @@ def host_flow(body, walls, contacts, impacts, stops):
     flow = HostFlow(
         host, space, body.period, trace,
         np.zeros((TOGETHER, walls.number), np.int64), np.full(2, np.inf), impacts.slowest,
+        np.zeros(1),
     )  # fmt: skip
     return flow, OK if is_fine else TOO_STIFF
 
@@ -250,7 +252,7 @@ def advance_host(flow, rows, periods, tangent, state):
     Fills flow.by_period for these periods, and flow.slowest and flow.clearance with the smallest
     values of all calls. Returns a status.
     """
-    varied, status = varied_of(flow.host.body, tangent, flow.clearance), OK
+    varied, status = varied_of(flow.host.body, tangent, flow.clearance, flow.shrunk), OK
     for p in range(periods):
         status = run(flow, varied, None, Span(0, 1, 1), state, rows[p:])
         if status != OK:

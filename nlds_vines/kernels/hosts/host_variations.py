@@ -12,15 +12,21 @@ and the motion after carries it back (a saltation matrix). This is so at rigid w
 wall with a dashpot is touched, or a joint that may pull is released, whose force jumps by cc s.
 
 Rigid walls that hold keep dr = ds = 0.
+
+Volumes of variations shrink by exp(t tr A), in contacts besides by the derivatives F_s of the
+forces, and at rigid impacts. The logarithm of what contacts add is summed apart from the
+variations: they must obey it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..numerics.compiling import jit
+from ..numerics.elementary import log
 from ..numerics.fours import from_place
 from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, integrate, move, push_link, put_at_theta
@@ -55,14 +61,15 @@ class Varied(NamedTuple):
     before: Any  # (2 size,) V and V' of the orbit before an impact
     late: Any  # (number,) t0 of the variations [s]
     clearance: Any  # (2,) smallest near miss so far [m], and its wall
+    shrunk: Any  # (1,) logarithm of the factor by which contacts have changed volumes so far
 
 
 @jit
-def varied_of(body, tangent, clearance):
+def varied_of(body, tangent, clearance, shrunk):
     N = 2 * body.size
     number = len(tangent) // N
     series, free = np.zeros(3 * body.size * (HIGHEST + 1) + 1), np.zeros(body.drives)
-    return Varied(tangent, number, series, free, np.zeros(N), np.zeros(number), clearance)
+    return Varied(tangent, number, series, free, np.zeros(N), np.zeros(number), clearance, shrunk)
 
 
 # ---- flight --------------------------------------------------------------------------------------
@@ -123,6 +130,9 @@ def vary_step(body, walls, contacts, varied, weights, x):
         if walls.law[wall] != IS_RIGID and contacts.rough[wall] != 0.0:
             is_rough = True
             smooth_slopes(walls, contacts, wall, weights, x)
+        if walls.law[wall] != IS_RIGID and contacts.pushes[wall] != 0.0:
+            drag = integral_of_drag(contacts, wall, weights, x)
+            varied.shrunk[0] -= walls.inverse[wall] * drag
     for column in range(varied.number):
         y = from_place(varied.rows, 2 * size * column)
         for i in range(2 * size):
@@ -146,6 +156,20 @@ def vary_step(body, walls, contacts, varied, weights, x):
             if is_rough:
                 push_roughly(body, walls, contacts, per, n, after + size, S)
         put_at_theta(S, (width, size), int(HIGHEST), x, y)
+
+
+@jit
+def integral_of_drag(contacts, wall, weights, x):
+    """Return the integral [kg] of F_s over the time of a step to theta = x units."""
+    k, w, (total, far) = scratch_of(contacts, wall), contacts.series, weights
+    integral, power = 0.0, contacts.unit[0]
+    for n in range(HIGHEST):
+        coefficient = 0.0
+        for m in range(n + 1):
+            coefficient += k[SERIES + COLUMNS * m + DRAG] * w[total + far * (n - m)]
+        power *= x
+        integral += coefficient * power / (n + 1.0)
+    return integral
 
 
 @jit
@@ -207,8 +231,8 @@ def remember(body, walls, contacts, varied, drive, y, work):
 
 
 @jit
-def vary_at_impact(body, walls, contacts, varied, wall):
-    """Carry variations to a rigid wall that is struck, and through the impact.
+def vary_at_impact(body, walls, contacts, varied, wall, y):
+    """Carry variations to a rigid wall that is struck, and through the impact to the state y.
 
     If several walls are struck at once, whose order a variation may change, they are struck at the
     time of the first.
@@ -224,6 +248,29 @@ def vary_at_impact(body, walls, contacts, varied, wall):
         for i in range(N):
             varied.rows[N * c + i] += late * before[i]
         apply_impulses(body, walls, contacts, N * c + size, varied.rows)
+    varied.shrunk[0] += log(shrinking_of_impact(walls, contacts))
+    if s != 0.0:
+        _, after = along(body, link, y, 0)
+        varied.shrunk[0] += log(abs(after / s))
+
+
+@jit
+def shrinking_of_impact(walls, contacts):
+    """Return |det D| of the map D of velocities by `apply_impulses`.
+
+    With the rates f and f' of the state before and after the impact, and r' = n f, the derivative
+    of an impact is D + (f' - D f) n^T / (n f), whose determinant is det D s' / s. D brings k walls
+    to rest and returns e times their impulses, so that det D is the product of their -e; walls
+    that bodies would enter afterwards are brought to rest.
+    """
+    active, factor = contacts.active, 1.0
+    for c in range(active[0]):
+        wall = active[1 + c]
+        if walls.law[wall] == IS_RIGID and contacts.compressed[wall] != 0.0:
+            factor *= contacts.rebounds[wall]
+        if walls.law[wall] == IS_RIGID and contacts.expanded[wall] != 0.0:
+            factor = 0.0
+    return factor
 
 
 @jit
@@ -242,5 +289,9 @@ def vary_after_impact(body, walls, contacts, varied, drive, y, work):
 @jit
 def vary_on_hold(body, walls, contacts, varied):
     """Project variations onto the motions that rigid walls in contact leave: momentum is kept."""
+    active = contacts.active
+    for c in range(active[0]):
+        if walls.law[active[1 + c]] == IS_RIGID and contacts.pushes[active[1 + c]] != 0.0:
+            varied.shrunk[0] = -math.inf
     for at in range(0, 2 * body.size * varied.number, body.size):
         hold(body, walls, contacts, at, varied.rows)

@@ -12,7 +12,7 @@ from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.loads.datasets import HOST_HISTORIES, IMPACT_COLUMNS, contents, owners_of
 from nlds_vines.loads.request import HistoryRequest, has, is_of_load
 from nlds_vines.model.catalog import AnySystem
@@ -55,6 +56,7 @@ BLOCK = 256
 PIECE_BYTES = 1 << 26  # of loads in a thread's memory at once, if no two orbits share theirs
 EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
 ORBITS_AT_ONCE = 4  # orbits of hosts that a thread takes at a time
+CELLS_OF_PIECE = 64  # cells of a load in which a history is followed again at once
 STIFFNESS = "stiffness"  # of a grid: a factor on that of a host
 
 
@@ -150,9 +152,7 @@ def _fly(
     # rounded down by up to an eighth, so that many systems share their loads
     mantissa, exponent = np.frexp(batch.longest(cells))
     reach = np.ldexp(np.floor(16.0 * mantissa) / 16.0, exponent)
-    marks = request.times[1:-1] if history else np.zeros(0)  # further edges of cells
-    if request.settle:
-        marks = np.append(marks, request.settle)
+    marks = np.array([request.settle]) if request.settle else np.zeros(0)  # further edges of cells
     pieces, asked = dict[int, Arrays](), of_orbit.Asked(np.array(SHARES), request.settle)
 
     def fly(begin: int, end: int) -> None:
@@ -170,7 +170,8 @@ def _fly(
         orbits = batch.run(cells[lanes], loads, starts[lanes], asked, histories=history)
         arrays = _numbers(request, scene, cells[lanes], orbits)
         if history:
-            arrays |= _histories(request, scene, cells[lanes], loads, orbits)
+            along = _Followed(batch, cells, each[0][0], struck, longest, loads[0], orbits)
+            arrays |= _histories(request, scene, cells, orbits, *states_at(request.times, along))
         pieces[begin] = arrays
 
     most = max(1, PIECE_BYTES // (EDGE_BYTES * request.windows * request.samples))
@@ -220,17 +221,63 @@ def _numbers(
     return {**quantities, "status": orbits.status, "violations": violations}
 
 
+class _Followed(NamedTuple):
+    """An orbit that has been followed under a load."""
+
+    batch: LoadBatch
+    cells: np.ndarray  # (1,) of the scene
+    load: Loading
+    struck: Struck
+    longest: float  # cell of the load [s]
+    in_cells: Cells  # the load, with a blow at t = 0
+    orbits: LoadResults  # its results, with states at the edges of `in_cells`
+
+
+def states_at(times: np.ndarray, followed: _Followed) -> tuple[np.ndarray, np.ndarray]:
+    """Return the states (1, times, 4) and the sums (1, times, `EDGE_SUMS`) of an orbit at times.
+
+    Pieces of the orbit are followed again with the times as edges, each from a state of the orbit.
+    So the orbit itself, and all its numbers, do not depend on the times, and no difference grows
+    beyond round-off.
+    """
+    batch, cells, load, struck, longest, main, orbits = followed
+    begins = np.arange(0, len(main.edges) - 1, CELLS_OF_PIECE)
+    marks = np.append(times[1:-1], main.edges[begins[1:]])
+    fine = load.cells(struck, float(main.edges[-1]), longest, marks)
+    firsts = [int(np.abs(fine.edges - main.edges[k]).argmin()) for k in begins]
+    ends = [*firsts[1:], len(fine.edges) - 1]
+    states, sums = np.empty((len(fine.edges), 4)), np.empty((len(fine.edges), EDGE_SUMS))
+    last = len(main.edges) - 1
+    states[-1], sums[-1] = orbits.states[0, last], orbits.sums[0, last]
+    pieces, starts = [], orbits.states[0, begins].copy()
+    for first, end in zip(firsts, ends, strict=True):
+        jumps = None
+        if fine.jumps is not None:
+            jumps = fine.jumps[first : end + 1].copy()
+            jumps[[0, -1]] = 0.0  # states are those after the jump
+        edges = fine.edges[first : end + 1]
+        pieces.append(replace(fine, edges=edges, rows=fine.rows[first:end], jumps=jumps))
+    x1, v1, x2, v2 = starts.T.copy()
+    starts[:, 2:] = 0.0
+    if batch.scene.damper:
+        starts[:, 2], starts[:, 3] = x1 - x2 + float(cells["rest"][0]), v1 - v2
+    nothing = of_orbit.Asked(np.zeros(0), 0.0)
+    again = batch.run(np.repeat(cells, len(pieces)), pieces, starts, nothing, histories=True)
+    for piece, (begin, first, end) in enumerate(zip(begins, firsts, ends, strict=True)):
+        states[first:end] = again.states[piece, : end - first]
+        sums[first:end] = orbits.sums[0, begin] + again.sums[piece, : end - first]
+    places = np.searchsorted(fine.edges, times * (1.0 - 1e-14))
+    return states[np.newaxis, places], sums[np.newaxis, places]
+
+
 def _histories(
     request: HistoryRequest,
     scene: Scene,
     cells: np.ndarray,
-    loads: Sequence[Cells],
     orbits: LoadResults,
+    states: np.ndarray,
+    sums: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    time = request.times
-    places = np.array([np.searchsorted(load.edges, time * (1.0 - 1e-14)) for load in loads])
-    lanes = np.arange(len(cells))[:, None]
-    states, sums = orbits.states[lanes, places], orbits.sums[lanes, places]
     x1, v1, x2, v2 = np.moveaxis(states, -1, 0)
     p = {name: cells[name][:, None] for name in ("m1", "k1", "m2", "k2", "rest")}
     has = {"c1": True, "c2": scene.damper, "contact": bool(scene.walls)}

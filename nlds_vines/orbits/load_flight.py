@@ -55,7 +55,7 @@ class LoadBatch:
         tell: Tell | None = None,
     ) -> None:
         """Prepare the constants, and compile the kernels unless the cache has them."""
-        self._scene, self._shaken = scene, True if shaken else None
+        self.scene, self._shaken = scene, True if shaken else None
         self._parts = parts_of("exact", scene, chosen_settings("exact", {"tolerance": tolerance}))
         needed = Needed(scene.key, "exact", ("response history",))
         kernels = dict.fromkeys((fly_orbits, fill_rates), "orbit")
@@ -82,17 +82,17 @@ class LoadBatch:
         """Integrate one orbit for each of the `cells` (orbits,), from the first edge of its load.
 
         Arguments: `loads` in cells no longer than `longest`; `starts` (orbits, 4), x1, v1, r, s
-        before the first jump; the levels of the response quantities that are `asked`; `histories`,
-        whether the results include states and energies at all edges.
+        before the first jump; the levels of the response quantities that are `asked`, if any;
+        `histories`, whether the results include states and energies at all edges.
         """
-        count, walls = len(cells), bool(self._scene.walls)
+        count, walls = len(cells), bool(self.scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0
         shape = (count, edges) if histories else (0, 0)
         results = LoadResults(
             numbers=np.full((count, ORBIT_NUMBERS), np.nan),
             response=np.full((count, RESPONSE_COLUMNS), np.nan),
             peak=np.full((count, 2), np.nan),
-            violation=None if self._scene.limit is None else np.zeros((count, 3)),
+            violation=None if self.scene.limit is None else np.zeros((count, 3)),
             impacts=room_for_impacts(0) if walls else None,
             states=np.full((*shape, 4), np.nan),
             sums=np.full((*shape, EDGE_SUMS), np.nan),

@@ -34,7 +34,7 @@ from nlds_vines.cli.terminal import table
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.kind_engine import start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
@@ -57,7 +57,7 @@ class Case(NamedTuple):
     """An orbit: its system, its start (x1, v1, x2, v2) and its true state after `PERIODS`."""
 
     name: str
-    system: System
+    system: Preset
     start: np.ndarray
     truth: np.ndarray
 
@@ -80,19 +80,19 @@ def cases() -> Iterator[Case]:
     yield Case("tmd", tmd, rest_state(tmd), linear_sections(tmd, rest_state(tmd), PERIODS)[-1])
 
 
-def rest_state(system: System) -> np.ndarray:
+def rest_state(system: Preset) -> np.ndarray:
     """Return the state at rest: (x1, v1, x2, v2), or (x1, v1) without a damper."""
     return np.zeros(2) if system.rest is None else np.array([0.0, 0.0, system.rest, 0.0])
 
 
-def grazing(system: System, shift: float) -> System:
+def grazing(system: Preset, shift: float) -> Preset:
     """Return a system whose steady state clears its wall by `shift` of the clearance."""
     amplitude = response(system, np.array([system.parameters["omega"]])).shortening[0]
     return system.with_(C=float(amplitude) * (1.0 + shift))
 
 
 def linear_sections(
-    system: System, start: np.ndarray, periods: int, pieces: int = 64
+    system: Preset, start: np.ndarray, periods: int, pieces: int = 64
 ) -> np.ndarray:
     """Return the states at t = T, 2T, ... without contact, by SciPy's matrix exponential.
 
@@ -124,7 +124,7 @@ class Solver(NamedTuple):
     name: str
     setting: str
     settings: Sequence[float]
-    prepare: Callable[[System, np.ndarray], Follow]
+    prepare: Callable[[Preset, np.ndarray], Follow]
     package: str = "scipy"
 
 
@@ -141,7 +141,7 @@ def rates_of(p, t, x1, v1, x2, v2):
 class Equation:
     """Equation (5) of a system with a damper; absent walls are infinitely far away."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Preset) -> None:
         """Collect m1, k1, c1, m2, k2, c2, P, omega, K, the offset at rest and both gaps."""
         cell, walls = system.cells(), system.scene.walls
         names = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "K", "rest")
@@ -169,7 +169,7 @@ class Equation:
         return next((value > 0.0 for value in motion if value != 0.0), False)
 
 
-def ours(method: str, system: System, start: np.ndarray) -> Follow:
+def ours(method: str, system: Preset, start: np.ndarray) -> Follow:
     """Prepare a method of this package.
 
     Orbits that are timed begin `OFF` the given start and last `LONGEST` periods: the periods of a
@@ -208,7 +208,7 @@ def runge_kutta(p, h, count, y):
     return np.array([a, b, c, d])
 
 
-def naive(system: System, start: np.ndarray) -> Follow:
+def naive(system: Preset, start: np.ndarray) -> Follow:
     """Prepare the classical Runge-Kutta method with fixed steps, as one writes it first."""
     numbers = Equation(system).array
 
@@ -218,7 +218,7 @@ def naive(system: System, start: np.ndarray) -> Follow:
     return follow
 
 
-def scipy_plain(method: str, system: System, start: np.ndarray) -> Follow:
+def scipy_plain(method: str, system: Preset, start: np.ndarray) -> Follow:
     """Prepare a solver of SciPy, called once, without events."""
     equation = Equation(system)
 
@@ -233,7 +233,7 @@ def scipy_plain(method: str, system: System, start: np.ndarray) -> Follow:
 
 
 def scipy_orbit(
-    system: System, start: np.ndarray, rtol: float, periods: int, method: str = "DOP853"
+    system: Preset, start: np.ndarray, rtol: float, periods: int, method: str = "DOP853"
 ) -> tuple[np.ndarray, list[float]]:
     """Return states at t = T, 2T, ... and times of touch; contacts are split off by events."""
     equation = Equation(system)
@@ -262,12 +262,12 @@ def scipy_orbit(
     return section, touches
 
 
-def scipy_events(system: System, start: np.ndarray) -> Follow:
+def scipy_events(system: Preset, start: np.ndarray) -> Follow:
     """Prepare SciPy's DOP853, split at each touch and release."""
     return lambda rtol, periods: scipy_orbit(system, start, rtol, periods)[0][-1]
 
 
-def numbalsoda_plain(method: str, system: System, start: np.ndarray) -> Follow:
+def numbalsoda_plain(method: str, system: Preset, start: np.ndarray) -> Follow:
     """Prepare a solver of numbalsoda, with a compiled right-hand side."""
     import numbalsoda
 
@@ -289,7 +289,7 @@ def numbalsoda_plain(method: str, system: System, start: np.ndarray) -> Follow:
     return follow
 
 
-def diffrax_plain(method: str, system: System, start: np.ndarray) -> Follow:
+def diffrax_plain(method: str, system: Preset, start: np.ndarray) -> Follow:
     """Prepare a solver of diffrax: an orbit is one compiled program in double precision."""
     import diffrax
     import jax
@@ -329,7 +329,7 @@ def diffrax_plain(method: str, system: System, start: np.ndarray) -> Follow:
     return follow
 
 
-def heyoka_events(system: System, start: np.ndarray) -> Follow:
+def heyoka_events(system: Preset, start: np.ndarray) -> Follow:
     """Prepare heyoka's Taylor integrators, one for flight and one for contacts with each wall.
 
     A Taylor series has no terms for z^1.5 at z = 0. With z = w^2 and dt = 2 w dsigma a contact is

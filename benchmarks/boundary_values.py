@@ -36,7 +36,7 @@ from scipy.integrate import solve_bvp, solve_ivp
 from nlds_vines.cli.terminal import table
 from nlds_vines.continuation.command import continue_branch
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 
 SOFT = load_system("ssul-set6", K=2.0e4, c2=5.0)
 """A soft contact [N/m^1.5] and little damping [N s/m]: all three kinds lie on one branch of T."""
@@ -75,7 +75,7 @@ class Motion:
     K: float
 
     @classmethod
-    def of(cls, system: System) -> Motion:
+    def of(cls, system: Preset) -> Motion:
         numbers = {**system.parameters, "K": system.K}
         return cls(**{field.name: float(numbers[field.name]) for field in fields(cls)})
 

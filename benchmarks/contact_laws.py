@@ -21,7 +21,7 @@ from benchmarks.cases import orbits, spent
 from nlds_vines.archives.files import write_text
 from nlds_vines.cli.terminal import table
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.simulation import simulate
 
@@ -58,7 +58,7 @@ HEADS = (
 )
 
 
-def behavior(system: System) -> tuple[str, ...]:
+def behavior(system: Preset) -> tuple[str, ...]:
     """Return the columns of `HEADS` from the regime to the greatest force, once settled."""
     regime = classify(system)
     run = simulate(
@@ -78,13 +78,13 @@ def behavior(system: System) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def cost(system: System, other: System) -> float:
+def cost(system: Preset, other: Preset) -> float:
     """Return the CPU time of a period of one system over that of another."""
     mine, theirs = orbits(system, TIMED), orbits(other, TIMED)
     return median(spent(mine) / spent(theirs) for _ in range(ROUNDS))
 
 
-def apart(system: System, other: System) -> float:
+def apart(system: Preset, other: Preset) -> float:
     """Return how far the settled sections of two systems are apart, relative to their size."""
     one, two = (simulate(s, SETTLED, tolerance=1e-12).state for s in (system, other))
     return float(np.max(np.abs(one - two)) / np.max(np.abs(two)))

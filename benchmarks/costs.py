@@ -19,7 +19,7 @@ from nlds_vines.cli.command import Command
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits.records import possible_want
 
 RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
@@ -37,14 +37,14 @@ class Part:
     """Something to time: what `run` takes longer than `without`, over a number of periods."""
 
     name: str
-    system: System
+    system: Preset
     run: Callable[[], object]
     without: Callable[[], object]
     periods: int
     is_added: bool = False  # to what the bare orbit takes
 
 
-def parts(system: System) -> Iterator[Part]:
+def parts(system: Preset) -> Iterator[Part]:
     """Yield the bare orbit of `system`, what can be recorded of it, and bare orbits of others.
 
     The others are other scenes at the same frequency.
@@ -57,13 +57,13 @@ def parts(system: System) -> Iterator[Part]:
     yield _judging("+ regime", system)
     omega = system.parameters["omega"]
     others = {name: load_system(name, omega=omega) for name in ("none", "tmd", "ssul-set6", "ssbl")}
-    others["ssvi-b"] = System("ssvi-b", others["ssbl"].parameters, name="ssvi-b")
+    others["ssvi-b"] = Preset("ssvi-b", others["ssbl"].parameters, name="ssvi-b")
     for name, other in others.items():
         if name != system.name:
             yield _recording(f"{name}, nothing recorded", other)
 
 
-def _rows(system: System) -> Iterator[tuple[str, ...]]:
+def _rows(system: Preset) -> Iterator[tuple[str, ...]]:
     """Yield the cells of each part, measured on one thread."""
     from nlds_vines.orbits.simulation import simulate
     from nlds_vines.runs.executors import use_threads
@@ -89,7 +89,7 @@ def measured(part: Part) -> float:
     return float(run - without) / part.periods
 
 
-def _start_of(system: System) -> np.ndarray:
+def _start_of(system: Preset) -> np.ndarray:
     """Return the kernels' state (STATE_SIZE,) of a start `OFF` the settled orbit.
 
     From the orbit itself periods would repeat to the bit, and be copied. With a limit to keep the
@@ -104,7 +104,7 @@ def _start_of(system: System) -> np.ndarray:
     return start_state(system, system.cell.rest, (1.0 + OFF) * settled)
 
 
-def _recording(name: str, system: System, *record: str) -> Part:
+def _recording(name: str, system: Preset, *record: str) -> Part:
     """Return the part of orbits of which something is recorded, or nothing."""
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.simulation import SAMPLES
@@ -125,7 +125,7 @@ def _recording(name: str, system: System, *record: str) -> Part:
     return Part(name, system, lambda: run(1 + PERIODS), lambda: run(1), orbits * PERIODS)
 
 
-def _varying(name: str, system: System) -> Part:
+def _varying(name: str, system: Preset) -> Part:
     """Return the part of an orbit with four variations, as a verdict follows it."""
     from nlds_vines.kernels.cells.verdict import follow_growth
     from nlds_vines.kernels.orbit import variations
@@ -143,7 +143,7 @@ def _varying(name: str, system: System) -> Part:
     return Part(name, system, lambda: run(VARIED), lambda: run(0), VARIED)
 
 
-def _judging(name: str, system: System) -> Part:
+def _judging(name: str, system: Preset) -> Part:
     """Return the part that judging adds to orbits of the default diagram."""
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.solver_settings import Settings

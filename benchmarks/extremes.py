@@ -22,7 +22,7 @@ from benchmarks.accuracy import grazing as clear_by
 from benchmarks.accuracy import linear_sections, parser_of, publish, rest_state, scipy_orbit
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits.one_orbit import IntegrationError
 from paper.linear import response, steady_state
 
@@ -51,7 +51,7 @@ def error_of(states: Any, truth: Any, offset: float = 0.0, like: Any = None) -> 
     return math.inf if math.isnan(error) else error
 
 
-def energy_of(system: System, states: Any) -> np.ndarray:
+def energy_of(system: Preset, states: Any) -> np.ndarray:
     """Return the mechanical energy [J] of states (..., 4), with (2/5) K z^(5/2) of each wall."""
     p, cell = system.parameters, system.cells()
     x1, v1, x2, v2 = np.moveaxis(np.asarray(states), -1, 0)
@@ -63,7 +63,7 @@ def energy_of(system: System, states: Any) -> np.ndarray:
     return energy
 
 
-def is_refused(system: System, periods: int = 1, **options: Any) -> bool:
+def is_refused(system: Preset, periods: int = 1, **options: Any) -> bool:
     try:
         simulate(system, periods, **options)
     except IntegrationError:
@@ -193,7 +193,7 @@ def restitution() -> float:
     worst = 0.0
     for e, C in ((0.0, -0.5), (0.0, 0.1), (0.0, 0.99), (1.0, 0.0), (1.0, 0.1), (1.0, 0.99)):
         numbers = {"m": 2.0, "k": 2.0, "c": 0.0, "P": 0.0, "omega": 2.0, "C": C, "e": e}
-        system = System("oscillator", numbers, law="restitution")
+        system = Preset("oscillator", numbers, law="restitution")
         x0, v0 = C - 0.1, 1.0  # x = A sin(t + a) up to the touch, as k / m = 1
         speed = math.sqrt(x0**2 + v0**2 - C**2)
         touch = math.atan2(C, speed) - math.atan2(x0, v0)

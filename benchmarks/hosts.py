@@ -24,7 +24,7 @@ import nlds_vines as nv
 from benchmarks.accuracy import SOLVERS, Point, cost, duration, parser_of, publish
 from benchmarks.cases import HERTZ, NEAR, frame_of, spent
 from nlds_vines.cli.terminal import table
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.system import General
 
 STOREYS = (1, 5, 10, 20)
 TOLERANCES, FINEST, ERROR = (1e-6, 1e-8, 1e-10, 1e-12), 1e-13, 1e-8
@@ -40,7 +40,7 @@ Follow = Callable[[float, int], np.ndarray]
 class Equation:
     """M x'' + C x' + K x = F cos(omega t) - w f, with r = w x and f the force of the wall."""
 
-    def __init__(self, system: HostSystem) -> None:
+    def __init__(self, system: General) -> None:
         host, damper = system.host, system.dampers[0]
         n = len(host.dofs)
         row = np.zeros(n + 1)
@@ -57,7 +57,7 @@ class Equation:
         self.gap, self.omega, self.period = damper.walls[0].gap, system.omega, system.period
 
 
-def ours(system: HostSystem, start: np.ndarray) -> Follow:
+def ours(system: General, start: np.ndarray) -> Follow:
     def follow(tolerance: float, periods: int) -> np.ndarray:
         orbit = nv.simulate(
             system, 1, transient=periods - 1, start=start.reshape(2, -1).T.ravel(),
@@ -68,7 +68,7 @@ def ours(system: HostSystem, start: np.ndarray) -> Follow:
     return follow
 
 
-def by_scipy(system: HostSystem, start: np.ndarray) -> Follow:
+def by_scipy(system: General, start: np.ndarray) -> Follow:
     equation = Equation(system)
     size, row = equation.size, equation.row
 
@@ -98,7 +98,7 @@ def by_scipy(system: HostSystem, start: np.ndarray) -> Follow:
     return follow
 
 
-def by_heyoka(system: HostSystem, start: np.ndarray) -> Follow:
+def by_heyoka(system: General, start: np.ndarray) -> Follow:
     """Prepare two Taylor integrators; in contact z = w^2 and dt = 2 w dsigma."""
     import heyoka as hk
 

@@ -40,9 +40,9 @@ HERE = Path(__file__).resolve().parents[1]
 SPLIT = {"kernels", "tasks"}
 """Folders of the package whose folders and modules have rows of their own."""
 
-ASKING = ("is_host", "has_hosts", "HOST", "HostSystem", "HostScene")
+ASKING = ("is_host", "has_hosts", "HOST", "General", "HostScene")
 """Names by which code asks what kind of system it has."""
-MAY_ASK = ("engine", "model.preset")
+MAY_ASK = ("engine", "model.presets", "model.system")
 """Where it may: modules whose dotted names begin so."""
 
 TRUNK = [

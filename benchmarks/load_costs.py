@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.cases import in_kernels
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits import simulation
 from tests import flights
 
@@ -38,7 +38,7 @@ def seconds_in_kernels(job: Callable[[], object]) -> float:
     return statistics.median(runs)
 
 
-def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
+def cells(system: Preset) -> tuple[int, np.ndarray, np.ndarray]:
     """Return how many cells a period has, edges of cells, and the harmonic force's coefficients."""
     p = system.parameters
     count = max(math.ceil(system.period / flights.longest_cell(system)), 8)
@@ -97,7 +97,7 @@ def main(name: str = "tmd") -> None:
         print(f"SciPy's DOP853, 1e-9: {scipy_cell(system, edges, rows) * 1e9:.0f} ns a cell")
 
 
-def scipy_cell(system: System, edges: np.ndarray, rows: np.ndarray) -> float:
+def scipy_cell(system: Preset, edges: np.ndarray, rows: np.ndarray) -> float:
     """Return the time [s] of a cell of SciPy's solver, which is stopped at each edge."""
     p, count = system.parameters, SOLVED
 

@@ -23,7 +23,7 @@ from benchmarks.accuracy import SOLVERS
 from benchmarks.cases import spent
 from benchmarks.load_costs import seconds_in_kernels
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from tests.flights import fly, longest_cell
 
 PERIODS, SPEED, FINEST = 20, 1.0, 1e-12
@@ -31,7 +31,7 @@ RIVALS = ("SciPy DOP853, events", "SciPy Radau", "heyoka Taylor, events")
 SETTINGS = (1e-6, 1e-8, 1e-10)
 
 
-def last_state(system: System, tolerance: float) -> np.ndarray:
+def last_state(system: Preset, tolerance: float) -> np.ndarray:
     end = PERIODS * system.period
     count = math.ceil(end / longest_cell(system))
     jumps = np.zeros(count + 1)

@@ -21,13 +21,12 @@ from nlds_vines.loads.response_spectrum import response_spectrum as response_spe
 from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.loads.result import ResponseHistories as ResponseHistories
 from nlds_vines.model.catalog import load_system as load_system
+from nlds_vines.model.dampers import Damper as Damper
+from nlds_vines.model.dampers import Wall as Wall
 from nlds_vines.model.host import Host as Host
 from nlds_vines.model.host import beam as beam
 from nlds_vines.model.host import chain as chain
 from nlds_vines.model.host import shear_frame as shear_frame
-from nlds_vines.model.host_system import Damper as Damper
-from nlds_vines.model.host_system import HostSystem as HostSystem
-from nlds_vines.model.host_system import Wall as Wall
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
 from nlds_vines.model.system import System as System

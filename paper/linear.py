@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.model.linear_response import amplitudes, harmonic_energy
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 
 
 @dataclass(frozen=True)
 class Response:
     """The steady state without contact by the frequency of the force."""
 
-    system: System
+    system: Preset
     omega: np.ndarray  # [rad/s], of any shape
     X1: np.ndarray  # [m]: x1 = Re(X1 exp(i omega t))
     X2: np.ndarray | None  # [m]: x2 - rest = Re(X2 exp(i omega t))
@@ -43,12 +43,12 @@ class Response:
         return self.shortening <= min(gaps)
 
 
-def response(system: System, omega: np.ndarray) -> Response:
+def response(system: Preset, omega: np.ndarray) -> Response:
     omega = np.asarray(omega, dtype=float)
     return Response(system, omega, *amplitudes(system, omega))
 
 
-def steady_state(system: System) -> np.ndarray:
+def steady_state(system: Preset) -> np.ndarray:
     """Return the state (2,) or (4,) of the steady motion without contact at t = 0."""
     omega = system.parameters["omega"]
     phasors = [X[0] for X in amplitudes(system, [omega]) if X is not None]

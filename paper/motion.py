@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.orbits.one_orbit import IntegrationError
-from nlds_vines.orbits.responses import relative_displacement
-from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.result import View
@@ -34,7 +32,7 @@ def motion_of(view: View) -> Motion:
     system = view.column.system
     assert system.rest is not None
     last = view.contacts[-view.impacts :] if view.impacts else view.contacts[:0]
-    way = relative_displacement(system, view.states) - system.rest
+    way = system.signal("u").of(view.states) - system.rest
     return Motion(
         system=system,
         label=view.label if view.period else "",
@@ -58,5 +56,5 @@ def _breadth(view: View, signal: str) -> Breadth:
 def _spectrum(view: View, signal: str, periods: int) -> Spectrum:
     """Return the spectrum of a signal over the last periods of a view, tapered by Hann."""
     system = view.column.system
-    values = SIGNALS[signal].of(system, view.states[-periods * view.samples :])
+    values = system.signal(signal).of(view.states[-periods * view.samples :])
     return spectrum_of(values, view.samples, system.parameters["omega"], window="hann")

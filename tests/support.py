@@ -38,8 +38,9 @@ from nlds_vines.kernels.scene.scene import (
 )
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.catalog import load_system
+from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import CELL, System
+from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import parts_of
 from nlds_vines.orbits.simulation import simulate
 

@@ -18,14 +18,8 @@ from reference import REQUESTS
 from nlds_vines import errors
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import SYSTEM_KEYS, catalog
+from nlds_vines.model.dampers import DAMPER_KEYS, WALL_KEYS
 from nlds_vines.model.host import KEYS as HOST_KEYS
-from nlds_vines.model.host_system import (
-    DAMPER_KEYS,
-    FORCE_KEYS,
-    HOST_SYSTEM_KEYS,
-    WALL_KEYS,
-    HostSystem,
-)
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record, RecordFile
 from nlds_vines.model.parameters import INITIAL, LAWS, PARAMETERS, RATIOS
@@ -39,6 +33,7 @@ from nlds_vines.model.setting import (
     Whole,
     settings_of,
 )
+from nlds_vines.model.system import FORCE_KEYS, GENERAL_KEYS, General
 from nlds_vines.tuning.design_space import NORMAL, UNIFORM
 
 PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
@@ -149,8 +144,8 @@ def system_of_a_host() -> Schema:
     """Return the schema of a host with dampers and forces."""
     walls = {"type": "array", "items": keys(WALL_KEYS)}
     return keys(
-        HOST_SYSTEM_KEYS,
-        kind={"enum": [HostSystem.kind]},
+        GENERAL_KEYS,
+        kind={"enum": [General.kind]},
         host=keys(dict.fromkeys(key for one in HOST_KEYS.values() for key in one)),
         dampers={"type": "array", "items": keys(DAMPER_KEYS, walls=walls)},
         force=keys(FORCE_KEYS),

@@ -17,8 +17,8 @@ from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say, table
 from nlds_vines.errors import RequestError, at, from_text, shown, whole
-from nlds_vines.model.catalog import as_system
-from nlds_vines.model.system import System
+from nlds_vines.model.catalog import as_preset, without_hosts
+from nlds_vines.model.system import Preset
 from nlds_vines.runs.progress import brief
 
 if TYPE_CHECKING:
@@ -45,12 +45,12 @@ def declare_system(parser: Parser) -> None:
         option.add(parser)
 
 
-def system_of(options: Any) -> System:
+def system_of(options: Any) -> Preset:
     """Return the system of the options: of the catalog, or a scan's, in the middle of its axes."""
     settings = SET.read(options.set)["set"] if SET.read else {}
     if options.scan is None:
         with at("--system"):
-            system = as_system(options.system or _DEFAULT)
+            system = as_preset(options.system or _DEFAULT)
         with at("--set"):
             return system.with_(**settings)
     if options.system is not None:
@@ -59,7 +59,7 @@ def system_of(options: Any) -> System:
         )
     scan = load_scan(options.scan)
     middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | settings))
+    return without_hosts(scan.system).with_(**(middle | settings))
 
 
 def _declare(parser: Parser) -> None:

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.compilation import notice
@@ -44,7 +44,7 @@ Methods = Mapping[str, tuple[Sequence[float], Follow]]
 
 
 class Reference(NamedTuple):
-    system: System
+    system: Preset
     periods: int
     label: str  # the regime in which an orbit from rest ends
     state: np.ndarray  # its last state [m, m/s]
@@ -60,7 +60,7 @@ class Result(NamedTuple):
     failure: str = ""  # why nothing was measured
 
 
-def methods(system: System, peers: bool = True) -> Methods:
+def methods(system: Preset, peers: bool = True) -> Methods:
     """Return the methods: SciPy's with `peers`, and unless an impact takes no time."""
     walls, laws = system.scene.walls, system.scene.laws
     exact = EXACT if walls else EXACT[-1:]
@@ -73,7 +73,7 @@ def methods(system: System, peers: bool = True) -> Methods:
     return {**ours, "SciPy DOP853": (SCIPY, _scipy(system))}
 
 
-def _ours(system: System, method: str, name: str) -> Follow:
+def _ours(system: Preset, method: str, name: str) -> Follow:
     def follow(setting: float, periods: int, repeats: int = 1) -> np.ndarray:
         settings = chosen_settings(method, {name: float(setting)})
         wanted = Wanted(system.scene, SECTION, method, "standard", settings)
@@ -87,7 +87,7 @@ def _ours(system: System, method: str, name: str) -> Follow:
     return follow
 
 
-def _scipy(system: System) -> Follow:
+def _scipy(system: Preset) -> Follow:
     """Return SciPy's DOP853 as everybody would use it first: no event at touch or release."""
     right_side, stiffness = equation(system), system.structure[1]
     length = system.force / stiffness if stiffness else 0.0
@@ -114,14 +114,12 @@ def _scipy(system: System) -> Follow:
     return follow
 
 
-def rest_of(system: System) -> np.ndarray:
+def rest_of(system: Preset) -> np.ndarray:
     """Return the state at rest: x1, v1, x2, v2, or x, v without a damper."""
-    state = np.zeros(len(system.scene.components))
-    state[2:3] = system.rest or 0.0
-    return state
+    return np.array(system.state_at_rest)
 
 
-def equation(system: System) -> Callable[..., list[float]]:
+def equation(system: Preset) -> Callable[..., list[float]]:
     """Return the rates of equation (5), written from it alone: no formula of the kernels."""
     scene, cell = system.scene, system.cells()
     names = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "rest")
@@ -153,7 +151,7 @@ def equation(system: System) -> Callable[..., list[float]]:
     return with_damper if scene.damper else alone
 
 
-def reference(system: System, periods: int) -> Reference:
+def reference(system: Preset, periods: int) -> Reference:
     """Return the reference orbit of a system, from rest; `RequestError` if there is none.
 
     In long chaos two methods contradict each other by more than `BELIEVED` times the growth of a

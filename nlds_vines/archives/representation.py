@@ -15,7 +15,12 @@ Rows = Iterable[tuple[str, str]]  # names with their values, both as text
 
 
 class Outlined:
-    """A result whose repr has at most five lines; dataclasses of it are declared `repr=False`."""
+    """A result whose repr has at most five lines; dataclasses of it are declared `repr=False`.
+
+    The repr begins with `class_name`, by default the name of the class.
+    """
+
+    class_name = ""
 
     def heading(self) -> str:
         """Return the text after the class name: by default the title, if it has one."""
@@ -28,8 +33,13 @@ class Outlined:
             if value is not None and name != "title" and (words := in_words(value)):
                 yield name, words
 
+    def _head(self) -> str:
+        name = self.class_name or type(self).__name__
+        heading = self.heading()
+        return f"{name}: {heading}" if heading else name
+
     def __repr__(self) -> str:
-        lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
+        lines = [_cut(self._head(), WIDTH)]
         rows = list(self.outline())
         if len(rows) >= MOST_LINES:  # too many for a line each: join them
             rows = [("", "; ".join(f"{name} {words}".strip() for name, words in rows))]
@@ -41,7 +51,7 @@ class Outlined:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        head = html.escape(f"{type(self).__name__}: {self.heading()}".removesuffix(": "))
+        head = html.escape(self._head())
         left = 'style="text-align:left"'
         rows = "".join(
             f"<tr><th {left}>{html.escape(name)}</th><td {left}>{html.escape(words)}</td></tr>"

@@ -27,7 +27,7 @@ from nlds_vines.cli.running import RunOptions, add_run_options
 from nlds_vines.errors import RequestError, choice, from_text
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.labels import KEPT
-from nlds_vines.model.system import System, parameters_in_words
+from nlds_vines.model.system import System
 from nlds_vines.orbits.records import failures_in_words
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -206,7 +206,7 @@ class Job(commands.Job):
             ranges = [f"sampled:  {line}" for line in scan.sampled.ranges()]
         return [
             scan.title,
-            f"system:   {parameters_in_words(scan.system, scan.varied)}",
+            f"system:   {scan.system.parameters_in_words(scan.varied)}",
             *ranges,
             f"orbits:   {scan.lanes} ({grid} cells, {blocks.counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
@@ -219,7 +219,7 @@ class Job(commands.Job):
     def lines(self, results: Report) -> list[str]:
         lines = [results.summary(), *results.remarks()]
         if self.request.system.scene.walls and results.labels.keys() == {"T,0"}:
-            values = parameters_in_words(self.request.system, self.request.varied)
+            values = self.request.system.parameters_in_words(self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
         if "spectra_agree" in self.request.table.datasets and not results.missing:
             with read(self.archive) as view:

@@ -23,7 +23,7 @@ from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
 from nlds_vines.errors import RequestError, at, checked_names, choice, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
-from nlds_vines.model.catalog import AnySystem, any_system, looks_like_path, resource_text
+from nlds_vines.model.catalog import any_system, looks_like_path, resource_text
 from nlds_vines.model.labels import FLAGS, KEPT
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -50,7 +50,7 @@ from nlds_vines.model.setting import (
     is_given,
     setting,
 )
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import System
 from nlds_vines.orbits import records, solver_settings
 from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
 from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
@@ -506,7 +506,7 @@ def load_scan(
     if isinstance(source, Scan) and not changes:
         return source
     where = ""
-    if isinstance(source, AnySystem) or (isinstance(source, str) and not looks_like_path(source)):
+    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
         changes = {"system": any_system(source), **changes}
         source = None
     if source is None:
@@ -551,7 +551,7 @@ def load_scan(
         settings |= {*meant_by(bare.scene, settings)}
         settings &= bare.statements.keys() - {*names}
         words = [setting_in_words(name, bare.statements[name]) for name in sorted(settings)]
-        title = f"{', '.join([system_in_words(bare), *words])}: {symbols}"
+        title = f"{', '.join([bare.in_words(), *words])}: {symbols}"
     return request.make(
         Scan,
         request.place(kind),

@@ -43,8 +43,7 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.catalog import AnySystem, any_system, read_request
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import any_system, read_request
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -69,7 +68,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
-from nlds_vines.model.system import system_in_words
+from nlds_vines.model.system import General, System
 from nlds_vines.orbits.records import USUAL, failures_in, failures_in_words
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -182,7 +181,7 @@ class Case(Outlined):
 
     @property
     def title(self) -> str:
-        return self.label or _in_words(self.settings) or system_in_words(self.scan.system)
+        return self.label or _in_words(self.settings) or self.scan.system.in_words()
 
     @property
     def manifold(self) -> SlowManifold | None:
@@ -371,9 +370,7 @@ FORM = Form(
 )
 """The tables and keys of a request file of response curves: those of a scan, and more."""
 
-Source = (
-    str | os.PathLike[str] | AnySystem | Sequence[Any] | Mapping[str, Any] | CurveRequest | None
-)
+Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | CurveRequest | None
 """What may stand for a request: systems or their names, a file, the document in one."""
 
 
@@ -399,7 +396,7 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
         colors, rows = damper_colors([system.name for system in made]), []
         for i, (system, color) in enumerate(zip(made, colors, strict=True)):
             line = LINES[i % len(LINES)] if system.scene.damper else "solid"
-            label = system_in_words(system)
+            label = system.in_words()
             rows.append({"system": system, "label": label, "color": color, "line": line})
         changes |= {"curves": rows, "panels": [{}]}
     request = load_curves(document, changes, where)
@@ -469,7 +466,7 @@ def load_curves(
     )
 
 
-def _has(system: AnySystem, displacements: Sequence[str]) -> bool:
+def _has(system: System, displacements: Sequence[str]) -> bool:
     """Return False if one of the displacements is that of a damper that the system lacks."""
     try:
         system.displacements(displacements)
@@ -643,10 +640,10 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
 
 def _energy_alone(scan: Scan, curves: Sequence[ResponseCurve]) -> np.ndarray | None:
     """Return E1max (n,) of the structure alone: in closed form, of a host along its own curve."""
-    system: AnySystem = scan.system
+    system: System = scan.system
     if not system.scene.damper:
         return None
-    if not isinstance(system, HostSystem):
+    if not isinstance(system, General):
         return energy_alone(scan.cells())
     parts = ("kind", "host", "force")
     bare = [system.to_table()[part] for part in parts]

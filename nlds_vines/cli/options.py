@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes, shown, unknown
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
-from nlds_vines.model.host_system import PLACE
+from nlds_vines.model.dampers import PLACE
 from nlds_vines.model.setting import Document, Truth, settings_of
 
 Group = argparse._ArgumentGroup

@@ -74,7 +74,7 @@ def continue_branch(
 
     Parameters
     ----------
-    system : System, HostSystem, Continuation, str or path-like
+    system : System, Continuation, str or path-like
         A system or its name in the catalog; a request or the path of its TOML file, whose entries
         the other arguments override.
     parameter : str, optional

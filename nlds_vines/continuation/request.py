@@ -27,7 +27,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
 # The start orbits: that from rest, those of random starts, one of these with a label, or orbits of
@@ -281,7 +281,7 @@ def load_continuation(
         Continuation,
         request.origin("along"),
         **request.of(Continuation),
-        title=f"{system_in_words(system)}: branches along {symbol_of((along.stated or along).name)}"
+        title=f"{system.in_words()}: branches along {symbol_of((along.stated or along).name)}"
         if title is None
         else title,
         system=system,

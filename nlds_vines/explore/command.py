@@ -14,7 +14,6 @@ from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import FREQUENCY, SET, SYSTEM, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice, shown, whole
-from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import most_threads
@@ -91,11 +90,10 @@ def _carry_out(options: argparse.Namespace) -> int:
 
         results = stored(options.source, options.frequency)
         scan = results.scan
-    elif source is None and isinstance(system := document.get("system"), AnySystem):
-        # the diagram around the structure's natural frequency, or around omega if k1 = 0 or a host
+    elif source is None and isinstance(system := document.get("system"), System):
+        # the diagram around the structure's natural frequency, or around omega if it has none
         system = system.with_(**document.get("set", {}))
-        m1, k1, _ = system.structure if isinstance(system, System) else (1.0, 0.0, 0.0)
-        center = (k1 / m1) ** 0.5 if k1 > 0 else system.parameters["omega"]
+        center = system.natural_frequency or system.parameters["omega"]
         low, high = (factor * center for factor in _WINDOW)
         vary = {"omega": {"start": low, "stop": high, "num": _CELLS}}
         document = {"system": system.to_table(), "vary": vary, "start": {"policy": "rest"}}

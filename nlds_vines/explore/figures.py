@@ -18,12 +18,10 @@ from bokeh.plotting import figure
 from nlds_vines.explore.live_orbit import Arrays, Curve, curves_of
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, classes_of, label_codes
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostScene, HostSystem
 from nlds_vines.model.ratios import HZ, RAD
+from nlds_vines.model.system import System
 from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
-from nlds_vines.portrait.request import panels_of
 
 # colors of the structure, of the harmonic force, and of walls and sections
 BODY, FORCE, WALL = GRAY, HUES["sky"], HUES["vermillion"]
@@ -259,21 +257,25 @@ class OrbitFigures:
     with the number of its curve, `walls` the lines of the walls of each curve.
     """
 
-    def __init__(self, system: AnySystem, unit: str | None = RAD, of: Sequence[str] = ()) -> None:
+    def __init__(self, system: System, unit: str | None = RAD, of: Sequence[str] = ()) -> None:
         scene, curves = system.scene, curves_of(system, of)
         shades, wall, by_wall = colors_of(system, curves)
+        harmonic = [f"harmonic {name}" for name in system.harmonic_forces(np.zeros(1))]
+        forces: dict[str, str] = {}
+        if system.force_signals:
+            forces = dict.fromkeys(harmonic, FORCE)
+            forces |= _colors_of_forces(system, curves, shades, wall)
         drawn = [*zip(curves, shades, strict=True)]
         self.sources: dict[str, models.ColumnDataSource] = {}
         self.walls: list[list[Span]] = []
         self.wide: list[Any] = []
         self.time = Range1d(0, 1)
-        has_force = not isinstance(system, HostSystem) and "force" in panels_of([system])
 
         def over_time(name: str, label: str, curves: Mapping[str, str]) -> Any:
             made = plain_figure(name, _TIME, x_range=self.time)
             made.yaxis.axis_label = label
             for column, shade in curves.items():
-                width = 1.0 if column == "harmonic" else 1.3
+                width = 1.0 if column in harmonic else 1.3
                 self._draw(made.line, "history", "t", column, line_color=shade, line_width=width)
             self.wide.append(made)
             return made
@@ -289,8 +291,8 @@ class OrbitFigures:
             self.walls.append([Span(dimension="width", **look) for _ in curve.walls])
             for line in self.walls[-1]:
                 self.wide[-1].add_layout(line)
-        if has_force:
-            made = over_time("force", "force [kN]", {"harmonic": FORCE, "force": wall})
+        if forces:
+            made = over_time("force", "force [kN]", forces)
             made.yaxis.formatter = models.CustomJSTickFormatter(code="return String(tick / 1000)")
         self.wide[-1].xaxis.axis_label = "t / T [forcing periods]"
 
@@ -338,9 +340,10 @@ class OrbitFigures:
         entries = [(shade, curve.words) for curve, shade in drawn if curve.words]
         is_any = any(self.walls)
         entries += [(wall, "walls and sections t = nT" if is_any else "section t = nT")]
-        if len(by_wall) > 1 and not isinstance(scene, HostScene):
-            entries += [(by_wall["near"], f"impacts at the {scene.bodies_struck[0]}")]
-        entries += [(FORCE, "P cos ωt")] if has_force else []
+        struck = scene.bodies_struck[:1]
+        if len(by_wall) > 1 and by_wall.keys() >= {*struck}:
+            entries += [(by_wall[name], f"impacts at the {name}") for name in struck]
+        entries += [(FORCE, "P cos ωt")] if forces else []
         self.legend = "".join(chip(shade, words) for shade, words in entries)
 
     def _draw(self, add: Callable[..., Any], panel: str, x: str, y: str, **look: Any) -> None:
@@ -367,16 +370,20 @@ class OrbitFigures:
                 line.location = place
 
 
-def colors_of(system: AnySystem, curves: Sequence[Curve]) -> tuple[list[str], str, dict[str, str]]:
+def colors_of(system: System, curves: Sequence[Curve]) -> tuple[list[str], str, dict[str, str]]:
     """Return the colors of curves, of walls and sections, and of the touches of each wall.
 
-    The damper of a kind has its color of all pictures; the touches of a host that of their damper.
+    A damper of the catalog has its color of all pictures; touches have that of their damper, if it
+    has a name.
     """
     scene = system.scene
-    if isinstance(scene, HostScene):
+    if any(curve.owner for curve in curves):
         shades = [_HUES[i % len(_HUES)] for i in range(len(curves))]
         own = {curve.words: shade for curve, shade in zip(curves, shades, strict=True)}
-        by_wall = {f"{name}{side}": own.get(f"r of {name}", GRAY) for name, side in scene.of_walls}
+        by_wall = {
+            word: own.get(f"r of {damper}", GRAY)
+            for word, (damper, _) in scene.dampers_and_walls.items()
+        }
         return shades, WALL, by_wall
     color, wall = DAMPERS.get(system.name, INK), WALL
     if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
@@ -385,7 +392,19 @@ def colors_of(system: AnySystem, curves: Sequence[Curve]) -> tuple[list[str], st
         wall = HUES["blue"]
     other = HUES["blue"] if wall == WALL else WALL
     shades = [BODY if scene.damper else color, color, color][: len(curves)]
-    return shades, wall, dict(zip(reversed(scene.walls), (wall, other), strict=False))
+    return shades, wall, dict(zip(reversed(scene.wall_words), (wall, other), strict=False))
+
+
+def _colors_of_forces(
+    system: System, curves: Sequence[Curve], shades: Sequence[str], wall: str
+) -> dict[str, str]:
+    """Return the colors of contact forces: of a damper with a name its own, else the wall's."""
+    own = {curve.words: shade for curve, shade in zip(curves, shades, strict=True)}
+    colors = {}
+    for name in system.force_signals:
+        owner = system.signal(name).owner
+        colors[name] = own.get(f"r of {owner}", wall)
+    return colors
 
 
 def phase_plane(name: str, height: int, symbols: tuple[str, str], **settings: Any) -> Any:

@@ -20,12 +20,10 @@ import numpy as np
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import MOST_CURVES, Curve, curves_of
-from nlds_vines.model.catalog import AnySystem, catalog
-from nlds_vines.model.host_system import HostScene, HostSystem
+from nlds_vines.model.catalog import catalog
 from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import system_in_words
-from nlds_vines.orbits.responses import contact_forces, harmonic_force
+from nlds_vines.model.system import System
+from nlds_vines.orbits.records import impact_type
 from nlds_vines.orbits.spectrum import spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
 from nlds_vines.portrait.result import View
@@ -85,7 +83,7 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: AnySystem,
+    system: System,
     start: Sequence[float] | None,
     scan: Scan,
     history: str = SETTLED,
@@ -130,7 +128,7 @@ def live_orbit(
         multipliers = regime.multipliers
     panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
     request = PortraitRequest(
-        system_in_words(system), (Column(system, window),), of=scan.of[:MOST_CURVES],
+        system.in_words(), (Column(system, window),), of=scan.of[:MOST_CURVES],
         start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
         tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
     )  # fmt: skip
@@ -147,9 +145,9 @@ def history_of(orbit: Any, curves: Sequence[Curve], periods: int) -> Arrays:
     states, time = orbit.trajectory[:count], orbit.time[:count]
     history = {"t": time / system.period}
     history |= {curve.names[0]: curve.of(states) for curve in curves}
-    if not isinstance(system, HostSystem):
-        force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
-        history |= {"force": force, "harmonic": harmonic_force(system, time)}
+    history |= {name: system.signal(name).of(states) for name in system.force_signals}
+    for name, values in system.harmonic_forces(time).items():
+        history[f"harmonic {name}"] = values
     count = len(states)
     if count > 4 * MOST_POINTS:
         # the extreme values in `MOST_POINTS` equal pieces of time: a line through them covers the
@@ -205,20 +203,14 @@ def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays
     }
     amplitudes = np.maximum(amplitude, floor)
     panels["spectrum"] = {"order": spectrum.order[wanted], "amplitude": amplitudes}
-    last = np.zeros(0, [("touch", float)]) if orbit.impacts is None else orbit.impacts
+    last = orbit.impacts
+    if last is None:
+        last = np.zeros(0, impact_type(system.scene))
     last = last[last["touch"] > orbit.time[-1] - cycle * system.period]
     panels["touches"] = {"phase": 2.0 * np.pi * (last["touch"] / system.period % 1.0)}
-    for wall, struck in walls_of(system.scene).items():
-        is_there = np.logical_and.reduce([last[name] == word for name, word in struck.items()])
+    for wall, is_there in system.scene.touches_at(last).items():
         panels["touches"][wall] = np.where(is_there, last["speed"], np.nan)
     return panels
-
-
-def walls_of(scene: Scene) -> dict[str, dict[str, str]]:
-    """Return the walls by name, with the words in the rows of their impacts."""
-    if isinstance(scene, HostScene):
-        return {f"{a}{side}": {"damper": a, "wall": side} for a, side in scene.of_walls}
-    return {wall: {"wall": scene.struck[wall]} for wall in scene.walls}
 
 
 def words_of(regime: Regime) -> str:
@@ -263,10 +255,9 @@ def portrait_command(request: PortraitRequest) -> str:
     """Return the command that draws a portrait: of a changed catalog system, or else of a file."""
     (column,) = request.columns
     system, base = column.system, catalog().get(column.system.name)
-    laws = "kind", "law", "law_2"
-    if base is None or any(getattr(base, one) != getattr(system, one) for one in laws):
+    if base is None or not system.has_parts_of(base):
         return f"nlds-vines portrait {PORTRAIT_FILE}"
-    changed = {k: v for k, v in system.parameters.items() if base.parameters.get(k) != v}
+    changed = system.changes_from(base)
     try:
         is_repeated = base.with_(**changed).parameters == system.parameters
     except RequestError:

@@ -18,12 +18,8 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, values_at
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostSystem
-from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import (
     BY_NAME,
-    COORDINATES,
     COUNTS_PER_CYCLE,
     ERROR,
     QUANTITIES,
@@ -31,9 +27,9 @@ from nlds_vines.model.quantities import (
     drawn_in,
 )
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
+from nlds_vines.model.signals import Motion, displaced
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import NOT_COMPUTED
-from nlds_vines.orbits.signals import displaced
 
 MOST_SECTION = 2**24  # numbers of sections in memory (128 MB); each of a larger map is shortened
 MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes
@@ -83,6 +79,7 @@ class Curve(NamedTuple):
         walls: their places [m].
         is_apart: whether its history has a panel of its own.
         moved: the place in the state that a click in its phase plane sets; None if it has none.
+        owner: the degree of freedom or the damper that it is of, if its symbols do not say it.
     """
 
     names: tuple[str, str]
@@ -92,6 +89,7 @@ class Curve(NamedTuple):
     walls: tuple[float, ...] = ()
     is_apart: bool = False
     moved: int | None = None
+    owner: str = ""
 
     @property
     def has_plane(self) -> bool:
@@ -113,43 +111,45 @@ class Curve(NamedTuple):
         return state
 
 
-def curves_of(system: AnySystem, of: Sequence[str] = ()) -> list[Curve]:
+def curves_of(system: System, of: Sequence[str] = ()) -> list[Curve]:
     """Return the displacements that pages show of a system, those of its bodies first.
 
     Of a host, these are the displacements `of`, by default those of the degrees of freedom that
     dampers hang on, and r of each damper beside its walls.
     """
-    if isinstance(system, HostSystem):
-        return _curves_of_host(system, of)
-    scene, rows = system.scene, np.eye(len(system.scene.components) // 2)
-    walls = tuple(map(float, scene.obstacle(system.parameters).values()))
+    motions = system.motions(system.displacements(of) if of else ())
     curves = []
-    for i, (row, body) in enumerate(zip(rows, (scene.body, "damper"), strict=False)):
-        x, v = scene.components[2 * i : 2 * i + 2]
-        symbol = COORDINATES[x][1]
-        symbols, words = (symbol, f"ẋ{symbol[1:]}"), f"{body} {symbol}"
-        curves.append(Curve((x, v), symbols, words, row, walls * scene.grounded, moved=2 * i))
-    if scene.damper:
-        curves.append(Curve(("u", ""), ("x₂ − x₁", ""), "", rows[1] - rows[0], walls, True))
+    for motion in motions.bodies[:MOST_CURVES]:
+        walls = tuple(motion.walls.values()) if motion.carrier is None else ()
+        curves.append(_curve(system, motion, walls, is_apart=False))
+    for stroke in motions.strokes[:MOST_CURVES]:
+        curves.append(_curve(system, stroke, tuple(stroke.walls.values()), is_apart=True))
     return curves
 
 
-def _curves_of_host(system: HostSystem, of: Sequence[str]) -> list[Curve]:
-    host, curves = system.host, []
+def _curve(system: System, motion: Motion, walls: tuple[float, ...], *, is_apart: bool) -> Curve:
+    symbol, rate = (_plain(one) for one in motion.symbols)
+    if motion.owner:
+        symbol, rate = f"{symbol} of {motion.owner}", f"{rate} of {motion.owner}"
+        names, words = (symbol, rate), symbol
+    elif motion.component is None:
+        names, words = ("u", ""), ""
+    else:
+        x, v = system.scene.components[motion.component : motion.component + 2]
+        names, words = (x, v), f"{motion.body} {symbol}"
+    symbols = symbol, rate
+    place = motion.component
+    return Curve(names, symbols, words, motion.row, walls, is_apart, place, motion.owner)
 
-    def add(letters: str, name: str, row: np.ndarray, **look: Any) -> None:
-        bodies = np.flatnonzero(row).tolist()  # or modes, which no click moves
-        is_body = bodies and (host.is_plain or bodies[-1] >= len(host.inertia))
-        moved = 2 * bodies[-1] if is_body else None
-        symbol, rate = (f"{letter} of {name}" for letter in letters)
-        curves.append(Curve((symbol, rate), (symbol, rate), symbol, row, moved=moved, **look))
 
-    for name in system.displacements(of)[:MOST_CURVES]:
-        add("xẋ", name, system.displacement(name)[0])
-    for damper, row in zip(system.dampers[:MOST_CURVES], system.rows(), strict=False):
-        walls = tuple(SIDES[wall.side] * wall.gap for wall in damper.walls)
-        add("rṙ", damper.name, row, walls=walls, is_apart=True)
-    return curves
+def _plain(symbol: str) -> str:
+    """Return a symbol in LaTeX as plain text: x₁ for x_1."""
+    for latex, text in _PLAIN_SYMBOLS.items():
+        symbol = symbol.replace(latex, text)
+    return symbol
+
+
+_PLAIN_SYMBOLS = {r"\dot{x}": "ẋ", r"\dot{r}": "ṙ", "_1": "₁", "_2": "₂", "-": " − "}
 
 
 @dataclass(eq=False)

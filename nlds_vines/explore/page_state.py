@@ -21,8 +21,6 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import live_orbit
 from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import (
     DESCRIBED,
     INITIAL,
@@ -181,11 +179,10 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
     """Return the sliders of a scan: first those of its axes, then all other parameters."""
     scan = results.scan
     varied = {axis.name: axis.values for axis in scan.axes}
-    system: AnySystem = results.system_of(results.middle)
+    system: System = results.system_of(results.middle)
     values = {**system.parameters, **results.values_of(results.middle)}
-    if isinstance(system, HostSystem):  # a.gap+ and a.gap- follow a.gap
-        follow = system.following(varied) - {*varied}
-        values = {name: value for name, value in values.items() if name not in follow}
+    follow = system.following(varied) - {*varied}  # a.gap+ and a.gap- follow a.gap
+    values = {name: value for name, value in values.items() if name not in follow}
     specs = []
     for name, value in values.items():
         is_axis, logarithmic, (shown, one) = name in varied, False, results.shown(name)

@@ -17,7 +17,6 @@ from nlds_vines.loads.request import HistoryRequest, Source, load_response_histo
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
-from nlds_vines.model.system import system_in_words
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories
@@ -134,7 +133,7 @@ class Job(commands.Job):
             varied = [f"sampled:  {line}" for line in request.sampled.ranges()]
         return [
             request.title,
-            *(f"damper:   {system_in_words(system)}" for system in request.systems),
+            *(f"damper:   {system.in_words()}" for system in request.systems),
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
             *varied,

@@ -27,7 +27,6 @@ from nlds_vines.loads.request import (
     HistoryRequest,
     axis_words,
     load_response_history,
-    natural_period,
 )
 from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
@@ -41,7 +40,7 @@ from nlds_vines.model.linear_response import amplitudes, harmonic_energy
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import ERROR, SHARES, WAYS, of_load
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import System
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.chosen_panels import Picture, let_figures_be_shown
@@ -212,7 +211,7 @@ def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
     colors = damper_colors([system.name for system in request.systems])
     for i, (system, color) in enumerate(zip(request.systems, colors, strict=True)):
         look = {"color": color, "linestyle": _LINES[i % len(_LINES)], "linewidth": 1.0}
-        yield system, {"label": typeset(system_in_words(system)), **look}
+        yield system, {"label": typeset(system.in_words()), **look}
 
 
 def _each(histories: ResponseHistories) -> Iterator[tuple[System, Any, dict[str, Any]]]:
@@ -268,7 +267,7 @@ def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> No
     for system, history, look in _each(histories):
         values = history.E1 if energy else np.abs(history.x1)
         for sweep in request.load.sweep:
-            omega, largest = envelope(sweep, history.time, values, natural_period(system))
+            omega, largest = envelope(sweep, history.time, values, system.natural_period)
             style = {"linestyle": ":"} if sweep.last < sweep.first else {}
             axes.plot(omega, largest, **{**look, **style})
             look["label"] = None
@@ -300,7 +299,7 @@ def envelope(
 
 def _shares(axes: Axes, histories: ResponseHistories) -> None:
     """Draw a bar for each damper: the shares of the supplied energy by what dissipated them."""
-    words = map(system_in_words, histories.request.systems)
+    words = map(System.in_words, histories.request.systems)
     names = ["\n".join(map(typeset, textwrap.wrap(name, _NAME))) for name in words]
     shares = [shares_of(history) for history in histories.results.values()]
     left = [0.0] * len(names)
@@ -460,7 +459,7 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
     if logarithmic(y.values):
         axes.set_yscale("log")
     axes.set(xlabel=_axis(scan.request, x.name), ylabel=_axis(scan.request, y.name))
-    axes.set_title(typeset(system_in_words(scan.request.systems[damper])), fontsize=9)
+    axes.set_title(typeset(scan.request.systems[damper].in_words()), fontsize=9)
     return mesh
 
 

@@ -24,11 +24,10 @@ from nlds_vines.errors import (
     string,
 )
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
-from nlds_vines.model.catalog import AnySystem, any_system, any_system_from, refuse_without_force
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import any_system, any_system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, FORCE, GROUND, LAWS, SECOND, flat
-from nlds_vines.model.ratios import meant_by, ratios_in, refuse_twice
+from nlds_vines.model.ratios import meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
@@ -43,7 +42,7 @@ from nlds_vines.model.setting import (
     is_given,
     setting,
 )
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import General, System
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 
@@ -69,7 +68,7 @@ class HistoryRequest(Request):
     ----------
     title : str
         One line.
-    systems : tuple of System or of HostSystem
+    systems : tuple of System
         Structures with their dampers.
     load : Loading
         The loads; the harmonic force acts only if `load.harmonic`.
@@ -152,7 +151,7 @@ class HistoryRequest(Request):
             raise RequestError(
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
-        if len({isinstance(system, HostSystem) for system in self.systems}) > 1:
+        if len({isinstance(system, General) for system in self.systems}) > 1:
             raise RequestError("systems: hosts beside other kinds; give one of them")
         if not self.has_hosts:
             for key, value in (("on", self.load.on), ("of", self.of)):
@@ -163,7 +162,7 @@ class HistoryRequest(Request):
         elif self.settle:
             raise RequestError(f"settle = {self.settle:g}: the rms of hosts is over all times")
         for system in self.systems if self.load.harmonic else ():
-            refuse_without_force(system)
+            system.refuse_without_force()
         # axes that a system or the load has, and not too many orbits
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
@@ -172,20 +171,20 @@ class HistoryRequest(Request):
         columns = self.columns
         parameters = [name for name in columns if not is_of_load(name)]
         for name in parameters:
-            if not any(has(system, name) for system in self.systems):
+            if not any(system.takes(name) for system in self.systems):
                 if "." in name and not self.has_hosts:
                     self.load.number(name)
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
         for name in self.of:
             self.systems[-1].displacement(name)
         for system in self.systems:
-            if isinstance(system, HostSystem):
+            if isinstance(system, General):
                 self.check_host(system, parameters)
                 continue
             refuse_twice(system.scene, parameters)
             refuse_without_effect(system.scene, self.load, parameters)
             if self.sampled is not None:
-                system.cells({k: v for k, v in columns.items() if has(system, k)})
+                system.cells({k: v for k, v in columns.items() if system.takes(k)})
         for name, values in columns.items():
             if is_of_load(name):
                 self.load.check_values(name, values)
@@ -197,7 +196,7 @@ class HistoryRequest(Request):
             kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
         for system, load in corners:
-            load.check(self.duration, natural_period(system))
+            load.check(self.duration, system.natural_period)
         sizes = [len(system.scene.components) for system in self.systems]
         for system, size in zip(self.systems, sizes, strict=True):
             # the state of a host without dampers begins that of one with them
@@ -207,19 +206,19 @@ class HistoryRequest(Request):
                     f"state = {list(self.state)} of {system.name} must be {components}"
                 )
 
-    def check_host(self, system: HostSystem, names: Collection[str]) -> None:
+    def check_host(self, system: General, names: Collection[str]) -> None:
         """Refuse names that mean nothing under a load, and displacements that do not exist."""
         for name in names:
             if is_of_own_force(name):
                 raise RequestError(f"{name}: a system's own force is off under a load")
-        system.refuse_twice(name for name in names if has(system, name))
+        system.refuse_twice(name for name in names if system.takes(name))
         if self.load.acts:
             system.under(self.load)
 
     @property
     def has_hosts(self) -> bool:
         """Whether its systems are hosts."""
-        return isinstance(self.systems[0], HostSystem)
+        return isinstance(self.systems[0], General)
 
     @property
     def columns(self) -> Mapping[str, np.ndarray]:
@@ -239,9 +238,9 @@ class HistoryRequest(Request):
         """Return a line for each damper that starts inside a wall."""
         lines = []
         for system in self.systems:
-            if isinstance(system, HostSystem):
+            if isinstance(system, General):
                 continue
-            places = {k: v for k, v in self.columns.items() if has(system, k)}
+            places = {k: v for k, v in self.columns.items() if system.takes(k)}
             if self.sampled is None:
                 grid = np.meshgrid(*places.values(), indexing="ij", sparse=True)
                 places = dict(zip(places, grid, strict=True))
@@ -256,7 +255,7 @@ class HistoryRequest(Request):
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
         values = {k: float(v) for k, v in self.values_at(places).items()}
         system = self.systems[which]
-        of_system = {name: value for name, value in values.items() if has(system, name)}
+        of_system = {name: value for name, value in values.items() if system.takes(name)}
         of_load = {name: value for name, value in values.items() if is_of_load(name)}
         return system.with_(**of_system) if of_system else system, self.load.with_(of_load)
 
@@ -273,7 +272,7 @@ class HistoryRequest(Request):
     @property
     def windows(self) -> int:
         """The number of natural periods of the first structure in the duration, at least 1."""
-        period = natural_period(self.systems[0])
+        period = self.systems[0].natural_period
         return max(1, round(self.duration / period)) if math.isfinite(period) else 1
 
     @property
@@ -329,12 +328,6 @@ def refuse_load_in_set(request: Merged) -> None:
                     raise of_load(name)
 
 
-def has(system: AnySystem, name: str) -> bool:
-    if isinstance(system, HostSystem):
-        return name in system.allowed
-    return name in system.scene.allowed or name in ratios_in(system.scene)
-
-
 def is_of_load(name: str) -> bool:
     return name in NUMBERS or (name.partition(".")[0] in ALL and name not in DESCRIBED)
 
@@ -348,15 +341,6 @@ def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
     if name in DESCRIBED:
         return DESCRIBED[name].unit, DESCRIBED[name].meaning
     return request.load.words_of_number(name)
-
-
-def natural_period(system: AnySystem) -> float:
-    """Return the undamped natural period of the structure alone [s]; inf without a spring."""
-    if isinstance(system, HostSystem):
-        lowest = next((rate for rate in system.host.frequencies.tolist() if rate > 0.0), 0.0)
-        return 2 * math.pi / lowest if lowest else math.inf
-    mass, spring, _ = system.structure
-    return 2 * math.pi * math.sqrt(mass / spring) if spring > 0.0 else math.inf
 
 
 FORM = Form(
@@ -416,7 +400,7 @@ def load_response_history(
     refuse_load_in_set(request)
     systems = _systems(request, sampled)
     axes, one = request.axes("vary") if sampled is None else (), systems[0]
-    if len(systems) == 1 and isinstance(one, HostSystem) and one.dampers and not (axes or sampled):
+    if len(systems) == 1 and isinstance(one, General) and one.dampers and not (axes or sampled):
         systems = (replace(one, dampers=(), name="none", title=""), one)  # the host alone
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
@@ -429,7 +413,7 @@ def load_response_history(
         words = "Blows" if any(map(is_of_load, names)) else "Free decay"
         if load != Loading():
             words = load.words()
-        dampers = ", ".join(map(system_in_words, systems))
+        dampers = ", ".join(map(System.in_words, systems))
         title = f"{words[0].upper()}{words[1:]}: {dampers}{over}"[:MOST_CHARACTERS]
     return request.make(
         HistoryRequest, request.origin("load"), **request.of(HistoryRequest), title=title,
@@ -437,7 +421,7 @@ def load_response_history(
     )  # fmt: skip
 
 
-def _systems(request: Merged, sampled: Samples | None) -> tuple[AnySystem, ...]:
+def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
     """Return the systems; `[set]` changes those that have the parameter."""
     listed = request.document.get("systems")
     if not is_given(listed) or (request.is_changed("system") and not request.is_changed("systems")):
@@ -453,12 +437,12 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[AnySystem, ...]:
     settings = [flat(layer.get("set", {})) for _, layer in request.layers]
     laws = {key: LAWS.get(str(one[key])) for one in settings for key in _LAWS if key in one}
 
-    def takes(system: AnySystem, name: str) -> bool:
-        if isinstance(system, HostSystem):
-            return has(system, name)
+    def takes(system: System, name: str) -> bool:
+        if isinstance(system, General):
+            return system.takes(name)
         law = laws.get("law_2" if name.endswith(SECOND) else "law")
         of_law = name in _LAWS or (law is not None and name.removesuffix(SECOND) in law.allowed)
-        return has(system, name) or (of_law and bool(system.scene.walls))
+        return system.takes(name) or (of_law and bool(system.scene.walls))
 
     for place, layer in request.layers:
         for name, value in flat(layer.get("set", {})).items():

@@ -26,11 +26,11 @@ from nlds_vines.loads.datasets import (
     owners_of,
 )
 from nlds_vines.loads.request import HistoryRequest, load_response_history
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.quantities import SHARES, WAYS, of_load
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import General, Preset
 from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
 
@@ -255,7 +255,7 @@ class ResponseHistories(Csv, Drawable):
         yield from self.request.load.records_in_words(self.request.duration)
         frame = " relative to the ground" if self.request.load.shaken else ""
         for system, history in zip(self.request.systems, self.results.values(), strict=True):
-            damper = system_in_words(system)
+            damper = system.in_words()
             if history.status != OK:
                 status = STATUS[history.status]
                 yield f"{damper}: {status.name}. {status.remedy}"
@@ -278,7 +278,9 @@ class ResponseHistories(Csv, Drawable):
             sinks = ", ".join(f"{sink} {share:.1%}" for sink, share in shares_of(history).items())
             most = f"x1{frame} up to {history.numbers['x1_max']:.4g} m"
             yield f"{damper}: {most}; E1 above {last}; dissipated by {sinks}"
-            exact = {} if self.request.state else closed_form(system, self.request.load)
+            exact = (
+                {} if self.request.state else closed_form(without_hosts(system), self.request.load)
+            )
             words = [
                 f"{name} {exact[name]:.6g} (here {history.numbers[name]:.6g})"
                 for name in ("E1max", "x1_max", "x1_rms", "share_c1", "share_c2")
@@ -286,7 +288,9 @@ class ResponseHistories(Csv, Drawable):
             ]
             if "E1max" in exact:
                 some = slice(None, None, 1 + history.time.size // 500)
-                energy = energy_after_blow(system, self.request.load, history.time[some])
+                energy = energy_after_blow(
+                    without_hosts(system), self.request.load, history.time[some]
+                )
                 error = abs(history.E1[some] - energy).max() / exact["E1max"]
                 words.append(f"E1 over time (here but for {error:.0e} of E1max)")
             if words:
@@ -346,7 +350,7 @@ class LoadScan(Drawable):
                 finite = row[np.isfinite(row)]
                 span = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "none"
                 orbits = f"{finite.size} of {row.size} orbits"
-                yield f"{system_in_words(system)}: {name} from {span} in {orbits}"
+                yield f"{system.in_words()}: {name} from {span} in {orbits}"
         codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
             status = STATUS[code]
@@ -355,7 +359,7 @@ class LoadScan(Drawable):
 
 def is_alone(system: Any) -> bool:
     """Return True for a structure or a host without a damper."""
-    return not (system.dampers if isinstance(system, HostSystem) else system.scene.damper)
+    return not (system.dampers if isinstance(system, General) else system.scene.damper)
 
 
 def shares_of(history: History) -> dict[str, float]:
@@ -414,7 +418,7 @@ def _of_host(view: ArchiveView, request: HistoryRequest, number: int) -> dict[st
     return {**columns, "impacts": touches}
 
 
-def closed_form(system: System, load: Loading) -> dict[str, float]:
+def closed_form(system: Preset, load: Loading) -> dict[str, float]:
     """Return quantities of `OF_LOADS` in closed form by name; none with walls or other loads.
 
     After a blow at t = 0 on a structure at rest, E1max = I^2 / (2 m1) is the energy supplied.  The
@@ -465,7 +469,7 @@ def closed_form(system: System, load: Loading) -> dict[str, float]:
     return quantities
 
 
-def energy_after_blow(system: System, load: Loading, times: np.ndarray) -> np.ndarray:
+def energy_after_blow(system: Preset, load: Loading, times: np.ndarray) -> np.ndarray:
     """Return E1 [J] at `times` (n,) [s] after a blow on a structure without walls: exp(A t) z0."""
     from scipy.linalg import expm
 

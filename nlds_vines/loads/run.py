@@ -22,14 +22,13 @@ from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import LoadResults
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.loads.datasets import HOST_HISTORIES, IMPACT_COLUMNS, contents, owners_of
-from nlds_vines.loads.request import HistoryRequest, has, is_of_load
-from nlds_vines.model.catalog import AnySystem
+from nlds_vines.loads.request import HistoryRequest, is_of_load
 from nlds_vines.model.host import Host, with_stiffness
-from nlds_vines.model.host_system import SIDES, HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
+from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import OF_HOSTS, OF_LOADS, SHARES, WAYS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import System
+from nlds_vines.model.system import General, Preset, System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.host_loads import (
@@ -104,7 +103,7 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
 
 
 def numbers_of(
-    request: HistoryRequest, system: AnySystem, values: Mapping[str, np.ndarray], tell: Tell | None
+    request: HistoryRequest, system: System, values: Mapping[str, np.ndarray], tell: Tell | None
 ) -> dict[str, np.ndarray]:
     """Return the quantities (n, ...) of a system under the load by name, without axes histories.
 
@@ -122,8 +121,8 @@ def numbers_of(
             load = request.load.redrawn(draw) if draw else request.load
             loads[key] = load.with_({"impulse": 0.0, **changes})
         each.append((loads[key], impulse * loads[key].scale))
-    grid = {name: v for name, v in values.items() if has(system, name) or name == STIFFNESS}
-    fly: Any = _fly_hosts if isinstance(system, HostSystem) else _fly
+    grid = {name: v for name, v in values.items() if system.takes(name) or name == STIFFNESS}
+    fly: Any = _fly_hosts if isinstance(system, General) else _fly
     arrays: dict[str, np.ndarray] = fly(request, system, grid, each, not values, tell)
     return arrays
 
@@ -134,7 +133,7 @@ def _joined(pieces: Sequence[Arrays]) -> Arrays:
 
 @stoppable
 def _fly(
-    request: HistoryRequest, system: System, grid: Mapping[str, np.ndarray],
+    request: HistoryRequest, system: Preset, grid: Mapping[str, np.ndarray],
     each: Sequence[tuple[Loading, float]], history: bool, tell: Tell | None,
 ) -> Arrays:  # fmt: skip
     """Follow an orbit of a system under `each` load; return quantities, and histories if asked.
@@ -305,7 +304,7 @@ def _histories(
 
 @stoppable
 def _fly_hosts(
-    request: HistoryRequest, system: HostSystem, grid: Mapping[str, np.ndarray],
+    request: HistoryRequest, system: General, grid: Mapping[str, np.ndarray],
     each: Sequence[tuple[Loading, float]], history: bool, tell: Tell | None,
 ) -> Arrays:  # fmt: skip
     """Follow an orbit of a host under `each` load; return `OF_HOSTS`, and histories if asked.
@@ -349,7 +348,7 @@ def _stiffened(host: Host, factor: float) -> Host:
 
 
 def _arrays_of_orbit(
-    request: HistoryRequest, system: HostSystem, cells: tuple[Cells, int], history: bool
+    request: HistoryRequest, system: General, cells: tuple[Cells, int], history: bool
 ) -> dict[str, np.ndarray]:
     owners, own = owners_of(request), [damper.name for damper in system.dampers]
     settings = chosen_settings("exact", {"tolerance": request.tolerance})
@@ -401,7 +400,7 @@ def _arrays_of_orbit(
 
 
 def _histories_of_host(
-    owners: Mapping[str, Sequence[str]], system: HostSystem, orbits: HostOrbits, orbit: LoadedOrbit
+    owners: Mapping[str, Sequence[str]], system: General, orbits: HostOrbits, orbit: LoadedOrbit
 ) -> dict[str, np.ndarray]:
     """Return the `HOST_HISTORIES` at the edges of cells, NaN of what a system does not have."""
     n, edges = len(orbits.modes), orbit.edges
@@ -425,7 +424,7 @@ def _histories_of_host(
     return {"E1": energy, "E2": E2, "x": x, "a": a, "stroke": stroke}
 
 
-def _has_displacement(system: HostSystem, name: str) -> bool:
+def _has_displacement(system: General, name: str) -> bool:
     """Return False for the mass of a damper that another system of the request has."""
     try:
         system.displacement(name)

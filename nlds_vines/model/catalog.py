@@ -12,11 +12,10 @@ from typing import Any
 
 from nlds_vines.archives.files import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table
-from nlds_vines.model.host_system import HostSystem, host_system_from
 from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import System
+from nlds_vines.model.system import NOT_GIVEN, General, Preset, System, general_from
 
 # of a scan file, of which `load_system` reads `system` and `set`
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
@@ -24,15 +23,12 @@ SYSTEM_KEYS = (
     "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
     "contact_2",
 )  # fmt: skip
-# the source of a force of 0 N, and of its frequency, in a system for loads in time
-_NOT_GIVEN = "not given: there is no harmonic force"
-AnySystem = System | HostSystem
 _CLONE = Path(__file__).resolve().parents[2]
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}  # others: `scans`
 
 
 @cache
-def catalog() -> Mapping[str, System]:
+def catalog() -> Mapping[str, Preset]:
     """Return the named systems by name, each with sources and assumptions of its values."""
     document, systems = parse_toml(resource_text("dampers.toml"), "dampers.toml"), {}
     for name, entry in document["systems"].items():
@@ -43,7 +39,7 @@ def catalog() -> Mapping[str, System]:
             note: {key: part[note] for part in parts if note in part for key in part["values"]}
             for note in ("source", "assumption")
         }
-        systems[name] = System(
+        systems[name] = Preset(
             kind=entry["kind"],
             parameters={key: value for part in parts for key, value in part["values"].items()},
             name=name,
@@ -65,12 +61,12 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> An
         a scan file `system` and `[set]` are read.
     **overrides
         Parameters in SI units and ratios, as `System.with_` takes them; also `law`, with its
-        constants.  Those of a host as `HostSystem.with_` takes them.
+        constants.
 
     Returns
     -------
-    System or HostSystem
-        The system; a `HostSystem` of a file with kind = "host".
+    System
+        The system.
 
     Raises
     ------
@@ -87,11 +83,9 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> An
     return any_system(name_or_path).with_(**overrides)
 
 
-def any_system(
-    source: AnySystem | str | os.PathLike[str], *, needs_force: bool = True
-) -> AnySystem:
+def any_system(source: System | str | os.PathLike[str], *, needs_force: bool = True) -> System:
     """Return a system as it is, otherwise that of a catalog name or a TOML file."""
-    if isinstance(source, AnySystem) or (isinstance(source, str) and not looks_like_path(source)):
+    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
         return any_system_from(source)
     if not isinstance(source, str | os.PathLike):
         raise RequestError(
@@ -107,14 +101,14 @@ def any_system(
             return system.with_(**table("set", document.get("set", {})))
 
 
-def as_system(source: AnySystem | str | os.PathLike[str]) -> System:
-    """Return `any_system`; refuse a host."""
+def as_preset(source: System | str | os.PathLike[str]) -> Preset:
+    """Return `any_system`; raise `RequestError` for a host."""
     return without_hosts(any_system(source))
 
 
-def without_hosts(system: AnySystem) -> System:
+def without_hosts(system: System) -> Preset:
     """Return a system of one structure and one damper; raise `RequestError` for a host."""
-    if isinstance(system, HostSystem):
+    if not isinstance(system, Preset):
         raise RequestError(
             f"kind {system.kind!r} is not possible here; allowed: {', '.join(SCENES)}"
         )
@@ -125,13 +119,14 @@ def looks_like_path(text: str) -> bool:
     return text.endswith(".toml") or "/" in text or os.sep in text
 
 
-def any_system_from(value: object, name: str = "", *, needs_force: bool = True) -> AnySystem:
+def any_system_from(value: object, name: str = "", *, needs_force: bool = True) -> System:
     """Return the system of the entry `system` of a request file: a name, a system, or a table.
 
     A table gets the default `name`.  With `needs_force` it must have amplitude and frequency of the
-    harmonic force; a load in time needs none, and `refuse_without_force` refuses them elsewhere.
+    harmonic force; a load in time needs none, and `System.refuse_without_force` refuses them
+    elsewhere.
     """
-    if isinstance(value, AnySystem):
+    if isinstance(value, System):
         return value
     if isinstance(value, str):
         return catalog()[choice("system", value, catalog())]
@@ -143,10 +138,10 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
         )
     with at("[system]"):
         if "kind" not in value:
-            raise RequestError(f"kind is missing; allowed: {', '.join((*SCENES, HostSystem.kind))}")
-        kind = choice("kind", value["kind"], (*SCENES, HostSystem.kind))
-        if kind == HostSystem.kind:
-            return host_system_from(value, name, needs_force=needs_force)
+            raise RequestError(f"kind is missing; allowed: {', '.join((*SCENES, General.kind))}")
+        kind = choice("kind", value["kind"], (*SCENES, General.kind))
+        if kind == General.kind:
+            return general_from(value, name, needs_force=needs_force)
         contact, law = _contact(value, "contact", "law", HERTZ.name)
         second, law_2 = _contact(value, "contact_2", "law_2", "")
         # a parameter of another kind is refused by `System`, whose message names that parameter
@@ -168,20 +163,10 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
         if not needs_force:
             for names, usual in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
                 if parameters.keys().isdisjoint(names):
-                    parameters[names[0]], sources[names[0]] = usual, _NOT_GIVEN
+                    parameters[names[0]], sources[names[0]] = usual, NOT_GIVEN
         title, assumptions = value.get("title", ""), value.get("assumptions", {})
         name = value.get("name", name)
-        return System(kind, parameters, name, title, sources, assumptions, law, law_2)
-
-
-def refuse_without_force(system: AnySystem) -> None:
-    if isinstance(system, HostSystem):
-        if not (system.force or system.acceleration):
-            raise RequestError("a host without a force: give [system.force]")
-        return
-    missing = ", ".join(n for n, source in system.sources.items() if source == _NOT_GIVEN)
-    if missing:
-        raise RequestError(f"parameters of kind {system.kind!r} are missing: {missing}")
+        return Preset(kind, parameters, name, title, sources, assumptions, law, law_2)
 
 
 def _contact(

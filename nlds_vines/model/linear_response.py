@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.model.system import System, modulus
+from nlds_vines.model.presets import modulus
+from nlds_vines.model.system import Preset
 
 
-def amplitudes(system: System, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
+def amplitudes(system: Preset, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the steady state of equation (5) without contact under the force P cos(omega t).
 
     x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].  With the joint
@@ -29,7 +30,7 @@ def amplitudes(system: System, omega: Any) -> tuple[np.ndarray, np.ndarray | Non
     return _amplitude(system.force * damper, whole), _amplitude(system.force * joint, whole)
 
 
-def flow_matrix(system: System) -> np.ndarray:
+def flow_matrix(system: Preset) -> np.ndarray:
     """Return the matrix A of the motion without contact, dy/dt = A y, by equation (5); (6, 6).
 
     y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s] has the force among the

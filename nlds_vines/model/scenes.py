@@ -132,6 +132,15 @@ class Scene:
         return self.bodies_struck
 
     @property
+    def dampers_and_walls(self) -> Mapping[str, tuple[str, str]]:
+        """The damper of each wall and its name in tables of impacts, by the word for the wall."""
+        return {word: ("", word) for word in self.wall_words}
+
+    def touches_at(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return which of the `impacts` (n,) are at each wall, by the word for the wall."""
+        return {word: impacts["wall"] == word for word in self.wall_words}
+
+    @property
     def laws(self) -> tuple[Law, ...]:
         return (self.law,) if self.law_2 is None else (self.law, self.law_2)
 
@@ -338,3 +347,54 @@ def scene_of(key: str) -> Scene:
     kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
     names = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
     return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, names)
+
+
+@dataclass(frozen=True)
+class HostScene(Scene):
+    """The scene of a host: its near walls are those on the sides "+" of all dampers."""
+
+    of_walls: tuple[tuple[str, str], ...] = ()  # damper and side of each wall, as kernels have them
+    settable: tuple[str, ...] = ()  # `General.allowed` without ratios
+    relative: bool = False
+    unrecorded: tuple[str, ...] = (
+        "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
+    )  # fmt: skip
+    may_be_empty: tuple[str, ...] = ("impacts",)
+    methods: tuple[str, ...] = ("exact",)
+    fineness: tuple[str, ...] = ("tolerance",)
+    cost: int = 16
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        return self.settable
+
+    @property
+    def counted(self) -> tuple[str, ...]:
+        return self.wall_words
+
+    @property
+    def wall_words(self) -> tuple[str, ...]:
+        return tuple(f"{damper}{side}" for damper, side in self.of_walls)
+
+    @property
+    def dampers_and_walls(self) -> Mapping[str, tuple[str, str]]:
+        return {f"{damper}{side}": (damper, side) for damper, side in self.of_walls}
+
+    def touches_at(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            word: (impacts["damper"] == damper) & (impacts["wall"] == side)
+            for word, (damper, side) in self.dampers_and_walls.items()
+        }
+
+    def by_damper(self, by_wall: np.ndarray) -> np.ndarray:
+        """Return counts (..., walls) as (..., dampers, sides), 0 where a damper has no wall."""
+        dampers = self.dampers or tuple(dict.fromkeys(name for name, _ in self.of_walls))
+        table = np.zeros((*by_wall.shape[:-1], len(dampers), len(self.walls)), by_wall.dtype)
+        for wall, (damper, side) in enumerate(self.of_walls):
+            place = dampers.index(damper), self.bodies_struck.index(side)
+            table[..., *place] = by_wall[..., wall]
+        return table
+
+    @property
+    def key(self) -> str:
+        return "a host"

@@ -35,19 +35,14 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.axis import Axis, Samples, samples_of
-from nlds_vines.model.catalog import (
-    AnySystem,
-    any_system_from,
-    load_system,
-    read_request,
-    without_hosts,
-)
+from nlds_vines.model.catalog import any_system_from, load_system, read_request, without_hosts
 from nlds_vines.model.parameters import DESCRIBED, flat
+from nlds_vines.model.presets import refuse_contradiction
 from nlds_vines.model.ratios import meant_by
-from nlds_vines.model.system import System, refuse_contradiction
+from nlds_vines.model.system import System
 
 Made = TypeVar("Made")
-Taken = TypeVar("Taken", bound=AnySystem)
+Taken = TypeVar("Taken", bound=System)
 
 
 # validates the value of the key that it is given the name of: returns the value as it is stored
@@ -336,7 +331,7 @@ class Form:
             source = document()
         if self.systems and isinstance(source, str) and not source.endswith(".toml"):
             source = load_system(source)
-        if self.systems and isinstance(source, AnySystem):
+        if self.systems and isinstance(source, System):
             source = {"system": source}
         if isinstance(source, Mapping):
             return where or self.kind, source, None
@@ -482,7 +477,7 @@ class Merged:
         with at(self.origin("system")):
             return without_hosts(self.any_system())
 
-    def any_system(self, default: str | None = None, *, needs_force: bool = True) -> AnySystem:
+    def any_system(self, default: str | None = None, *, needs_force: bool = True) -> System:
         """Return the system that the uppermost layer names, without [set]."""
         with at(self.origin("system")):
             entry = self.document.get("system", default)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalog import as_system
+from nlds_vines.model.catalog import as_preset
 from nlds_vines.model.system import System
 
 # the largest amplitude over the clearance: far beyond, the damper takes no energy
@@ -347,7 +347,7 @@ def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
     >>> round(manifold.least, 4), round(manifold.Gamma, 4), round(manifold.best.Gamma, 4)
     (0.0706, 0.15, 0.3387)
     """
-    system = as_system(system)
+    system = as_preset(system)
     p = system.parameters
     wanted = "a free mass between two rigid walls, each as far from the middle"
     if system.kind != "ssbl" or system.law != "restitution" or system.law_2:

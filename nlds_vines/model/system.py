@@ -1,93 +1,93 @@
-"""A system: one kind of damper on the primary structure, with all its parameters, validated.
+"""A system: a structure with dampers and what drives it. All that tasks ask of one.
 
-`System.cells` returns the parameters as records for the kernels.
+A `Preset` is one of the paper's kinds, made of parameters by the paper's symbols; a `General`
+system is any linear structure with any dampers.  Tasks, pictures and pages ask the methods of
+`System`, which both implement, and never which of them they have.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache, cached_property
-from math import pi
+from functools import cached_property, partial
+from math import inf, pi, sqrt
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
+from nlds_vines.errors import (
+    RequestError,
+    at,
+    by_dof_names,
+    choice,
+    number,
+    shown,
+    string,
+    table,
+    unknown,
+)
+from nlds_vines.model.dampers import (
+    PLACE,
+    RATIOS_OF_DAMPERS,
+    Damper,
+    all_are,
+    check_places,
+    damper_from,
+    frequency_by_ratio,
+)
 from nlds_vines.model.parameters import (
-    CONSTANTS,
     CONTACT,
     DAMPING,
     DESCRIBED,
+    FORCE,
+    GROUND,
     HERTZ,
+    INITIAL,
     LAWS,
     OSCILLATOR,
     PARAMETERS,
+    RATIOS,
     SECOND,
+    SIDES,
     STRUCTURE,
     Law,
-    hertz_stiffness,
+    flat,
+    split_name,
 )
-from nlds_vines.model.ratios import (
-    following,
-    meant_by,
-    of_parameters,
-    ratios_in,
-    still_set,
-    without_ratios,
+from nlds_vines.model.presets import NEAR, check_law, merged_parameters, ratios_among, records_of
+from nlds_vines.model.ratios import following, meant_by, of_parameters, ratios_in, still_set
+from nlds_vines.model.scenes import BASES, HOST, SCENES, HostScene, Scene, Stroke, Values
+from nlds_vines.model.signals import (
+    SIGNALS,
+    Motion,
+    Motions,
+    Signal,
+    SignalWords,
+    displaced,
+    wall_force,
 )
-from nlds_vines.model.scenes import BASES, SCENES, Scene, Stroke
 
 if TYPE_CHECKING:
-    from nlds_vines.model.host import Host
-    from nlds_vines.model.host_system import Damper, HostSystem
+    from nlds_vines.model.host import Host  # with SciPy
 
-_FIELDS = {  # of a cell, by parameters that are copied; a single mass has names of its own
-    **{name: name for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")},
-    **{"m": "m1", "k": "k1", "c": "c1"},
-}
+BY_USER = "set by the user"
+"""The source of a number that `with_` has changed."""
 
-CELL = np.dtype(
-    [
-        (name, np.float64)
-        for name in (*dict.fromkeys(_FIELDS.values()), "K", "near", "far", "rest", "limit")
-    ]
-)
-"""The record of one cell of a scan under Hertz' law, as the kernels read it, in SI units.
+ALL = "all"  # of the influence of the ground: that of the host
 
-Its fields are the parameters of equation (5); the contact stiffness K [N/m^1.5]; `near`, the
-spring's shortening, and `far`, its lengthening [m], at which the walls are touched; the rest offset
-`rest` [m]; `limit`, the shortening [m] that must not be reached. A field that the scene does not
-have is 0, and no kernel reads it."""
-
-_OF_LAWS = tuple(name for name in CONSTANTS if name != "K")
-NEAR = "near_contact"  # the field for the constants of the near wall, if it has its own
+NOT_GIVEN = "not given: there is no harmonic force"
+"""The source of a force of 0 N, and of its frequency, in a system for loads in time."""
 
 
-def cell_type(scene: Scene) -> np.dtype:
-    """Return the type of the records of a scene's cells: `CELL`, and the fields of other laws.
-
-    These are the constants of the laws, nested in `NEAR` for a near wall of its own, and `load`.
-    """
-    has_others = bool(scene.walls) and (scene.laws != (HERTZ,) or bool(scene.optional))
-    return _cell_type(scene.load is not None, scene.law_2 is not None, has_others)
-
-
-@cache
-def _cell_type(has_load: bool, has_second: bool, has_others: bool) -> np.dtype:
-    constants: list[Any] = [(name, np.float64) for name in _OF_LAWS]
-    others: list[Any] = [("load", np.float64)] * has_load
-    others += [(NEAR, [("K", np.float64), *constants])] * has_second + constants * has_others
-    # before those of CELL: Numba takes a record that begins like another one for a kind of it
-    return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
-
-
-@dataclass(frozen=True, repr=False)
 class System(Outlined):
-    """A kind of damper with its parameters; checked when made, immutable afterwards.
+    """A structure with its dampers; checked when made, immutable afterwards.
+
+    Called, it makes a system of one of the paper's kinds.  `System.from_host` makes one of any
+    linear structure with any number of dampers.
 
     Parameters
     ----------
@@ -130,43 +130,13 @@ class System(Outlined):
     """
 
     kind: str
-    parameters: Mapping[str, float]
-    name: str = ""
-    title: str = ""
-    sources: Mapping[str, str] = field(default_factory=dict)
-    assumptions: Mapping[str, str] = field(default_factory=dict)
-    law: str = HERTZ.name
-    law_2: str = ""
-    fixed_ratios: Mapping[str, float] = field(default_factory=dict)
+    name: str
+    title: str
+    sources: Mapping[str, str]
+    class_name = "System"
 
-    def __post_init__(self) -> None:
-        choice("kind", self.kind, SCENES)
-        for key in ("parameters", "fixed_ratios"):
-            table(key, getattr(self, key))
-        check_law(self.kind, self.law, self.law_2)
-        for key in ("name", "title"):
-            string(key, getattr(self, key))
-        for key in ("sources", "assumptions"):
-            for name, text in table(key, getattr(self, key), PARAMETERS).items():
-                string(f"{key}.{name}", text, lines=True)
-        scene = SCENES[self.kind].under(self.law, self.law_2)
-        follow = meant_by(scene, self.fixed_ratios)
-        stated = {name: value for name, value in self.parameters.items() if name not in follow}
-        values = _merge(scene, {}, {**self.fixed_ratios, **stated})
-        for name, value in values.items():
-            values[name] = number(name, value)
-            PARAMETERS[name].check(values[name])
-        object.__setattr__(self, "name", self.name or self.kind)
-        self._set(
-            parameters=values,
-            fixed_ratios={**self.fixed_ratios, **_ratios_in(scene, self.parameters)},
-            sources=self.sources,
-            assumptions=self.assumptions,
-        )
-
-    def _set(self, **tables: Mapping[str, Any]) -> None:
-        self.__dict__.update({k: MappingProxyType(dict(v)) for k, v in tables.items()})
-        _ = self._cell  # which refuses parameters out of proportion
+    def __new__(cls, *args: Any, **kwargs: Any) -> System:
+        return super().__new__(Preset if cls is System else cls)
 
     @staticmethod
     def from_host(
@@ -179,7 +149,7 @@ class System(Outlined):
         base: Mapping[str, Any] | None = None,
         name: str = "",
         title: str = "",
-    ) -> HostSystem:
+    ) -> System:
         """Return the system of a host with dampers.
 
         Parameters
@@ -204,7 +174,7 @@ class System(Outlined):
 
         Returns
         -------
-        HostSystem
+        System
             The system, of kind "host".
 
         Raises
@@ -227,26 +197,368 @@ class System(Outlined):
         >>> system.scene.components[-2:]
         ('cell', 'v_cell')
         """
-        from nlds_vines.model.host_system import system_from_host
-
         if f is not None:
             if omega is not None:
                 raise RequestError("f beside omega: give one of them")
             omega = number("f", f) * (2 * pi)
         return system_from_host(host, dampers, force, base, omega, name, title)
 
+    # ---- numbers by name ----
+
+    parameters: Mapping[str, float]
+    """The numbers by name [SI]: m1, C, omega of a preset, `cell.k`, `force.roof` of a host."""
+
+    fixed_ratios: Mapping[str, float]
+    """The ratios that stay constant when the parameters of their unit change."""
+
+    @property
+    def statements(self) -> Mapping[str, float]:
+        """The parameters as they were set: those that were set as a ratio, as that ratio."""
+        raise NotImplementedError
+
+    @property
+    def ratios(self) -> Mapping[str, float]:
+        """The ratios and frequencies of the parameters, by name; those that are not defined lack.
+
+        zeta1, zeta2, mass_ratio, frequency_ratio, omega_ratio [1], f, f1 [Hz], T1 [s].
+        """
+        raise NotImplementedError
+
+    @property
+    def drive(self) -> Mapping[str, float]:
+        """The parameters of the force, or of the motion of the ground, by name."""
+        raise NotImplementedError
+
+    def takes(self, name: str) -> bool:
+        """Return True if `with_` replaces a number of this name, a parameter or a ratio."""
+        raise NotImplementedError
+
+    def with_(self, /, **changes: Any) -> System:
+        """Replace numbers.
+
+        Parameters
+        ----------
+        **changes
+            Of one of the paper's kinds: parameters by name in SI units, or ratios: zeta1, zeta2,
+            mass_ratio, f [Hz], f1 [Hz], T1 [s], omega_ratio, frequency_ratio; also `law` and
+            `law_2`, with the constants of the new law in place of those of the former.  `K`
+            replaces the seven contact constants, and all seven together replace `K`.
+
+            Of a host with dampers: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.f`
+            [Hz] or `cell1.frequency_ratio` in place of k and `cell1.zeta` in place of c;
+            `cell1.gap` and constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`;
+            `force.roof` and `ground`, which replace each other; `omega`, or `f` [Hz].  A table
+            replaces the numbers of one damper: `cell1={"k": 300.0}`.
+
+        Returns
+        -------
+        System
+            A new system.  What was set as a ratio stays at that ratio, unless it is overridden; the
+            source of a changed value becomes "set by the user".
+
+        Raises
+        ------
+        RequestError
+            For an unknown name, two names of one number, `K` beside a constant that it replaces,
+            and a value out of range.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> system = nv.load_system("ssul-set6").with_(f=1.0, mass_ratio=0.05)
+        >>> round(system.parameters["omega"], 4), system.parameters["m2"]
+        (6.2832, 50.0)
+        >>> frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+        >>> cell = nv.Damper("cell", attached_to="roof", m=900.0, walls=[nv.Wall(0.05, K=1e8)])
+        >>> system = nv.System.from_host(frame, [cell], force={"roof": 700.0}, omega=12.6)
+        >>> system.with_(**{"cell.gap": 0.02, "f": 2.0}).parameters["cell.gap"]
+        0.02
+        """
+        raise NotImplementedError
+
+    def with_axes(self, names: Iterable[str]) -> System:
+        """Return the system with these parameters in its scene, those that were optional at 0.
+
+        One that varies is part of the scene even at the value 0, and no longer set as a ratio.
+        Raises `RequestError` for an unknown name, and if two mean one number.
+        """
+        raise NotImplementedError
+
+    def following(self, names: Collection[str]) -> set[str]:
+        """Return the parameters that change with those of `names`, as k2 by a ratio that was set.
+
+        Of a host, these are gap+ and gap- with gap, k and c with the numbers that f and zeta need.
+        """
+        raise NotImplementedError
+
+    def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
+        """Raise `RequestError` if a corner of a grid is not allowed, as if walls overlap."""
+        raise NotImplementedError
+
+    def refuse_without_force(self) -> None:
+        """Raise `RequestError` if the system was made for loads in time, without a force."""
+        raise NotImplementedError
+
+    def changes_from(self, first: System) -> dict[str, Any]:
+        """Return what `with_` changes of `first`, with the same parts, to get this system."""
+        raise NotImplementedError
+
+    def has_parts_of(self, first: System) -> bool:
+        """Return True if this system differs from `first` in what `with_` changes alone."""
+        raise NotImplementedError
+
+    def cells(self, grid: Mapping[str, Any] = ...) -> np.ndarray:
+        """Return the records of parameters for the engine, one for each point of a grid.
+
+        `grid` holds varied parameters and ratios by name, arrays that broadcast together.  Raises
+        `RequestError`, which names parameter and value, if one is not allowed.
+        """
+        raise NotImplementedError
+
+    # ---- parts ----
+
+    @property
+    def scene(self) -> Scene:
+        """The parts of the system: names of its coordinates, walls, laws."""
+        raise NotImplementedError
+
+    @property
+    def contact_laws(self) -> tuple[Law, ...]:
+        """The laws of the walls."""
+        raise NotImplementedError
+
+    @property
+    def period(self) -> float:
+        """Forcing period T = 2 pi / omega [s]."""
+        return 2 * pi / self.parameters["omega"]
+
+    @property
+    def natural_period(self) -> float:
+        """The longest natural period of the undamped structure alone [s]; inf without a spring.
+
+        A structure that is free to move has modes without deformation, which do not count.
+        """
+        raise NotImplementedError
+
+    @property
+    def natural_frequency(self) -> float:
+        """The lowest natural frequency of the undamped structure alone [rad/s]; 0 if none."""
+        return 2 * pi / self.natural_period
+
+    @property
+    def state_at_rest(self) -> tuple[float, ...]:
+        """The values of the components of the state in which all springs rest."""
+        raise NotImplementedError
+
+    def alone(self) -> System:
+        """Return the structure without its dampers, under the same force."""
+        raise NotImplementedError
+
+    def displacements(
+        self, names: Sequence[str] = (), records: Collection[str] = ("response",)
+    ) -> tuple[str, ...]:
+        """Return the names of displacements whose response is recorded, checked.
+
+        By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
+        None of one of the paper's kinds, whose response is x1_max and others by the paper's
+        symbols.
+        """
+        raise NotImplementedError
+
+    def strokes(self, values: Mapping[str, Any], state: Mapping[str, Any]) -> list[Stroke]:
+        """Return the stroke of each damper, or of a mass between walls, in states.
+
+        `values` are parameters that differ from those of the system.  They and the components of
+        the state are floats or arrays; a missing component is at rest.
+        """
+        raise NotImplementedError
+
+    @property
+    def damper_names(self) -> tuple[str, ...]:
+        """The names of the dampers; "damper" of one that has no name."""
+        raise NotImplementedError
+
+    @property
+    def chain(self) -> tuple[str, ...]:
+        """The degrees of freedom, in order, whose displacements are the shape of the structure.
+
+        None of a structure with one degree of freedom.
+        """
+        raise NotImplementedError
+
+    @property
+    def places(self) -> Mapping[str, float]:
+        """The places [m] of walls and limits, and of the rest, by name."""
+        raise NotImplementedError
+
+    # ---- along an orbit: states (count, components), times (count,) [s] ----
+
+    def shown(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        """Return the displacements that pictures show by name, checked; `of` if it names any.
+
+        By default the degrees of freedom that dampers hang on; without dampers those that forces
+        act on, and the last one that the ground moves if none does.  None of one of the paper's
+        kinds, which has x1 and x2.
+        """
+        raise NotImplementedError
+
+    def motions(self, of: Sequence[str] = ()) -> Motions:
+        """Return the motions that pictures show; `of` as in `shown`."""
+        raise NotImplementedError
+
+    def signal(self, name: object) -> Signal:
+        """Return a signal by its name; raise `RequestError` if the system lacks it."""
+        raise NotImplementedError
+
+    def usual_signals(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        """Return the names of the signals whose spectra are shown by default."""
+        raise NotImplementedError
+
+    def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
+        """Return the signals of an orbit's archive: the components of its states, then all others.
+
+        The displacements `of` are among them if the coordinates are modes.
+        """
+        raise NotImplementedError
+
+    @property
+    def energy_signals(self) -> dict[str, str]:
+        """The names of the signals that are energies, with the bodies that they are of."""
+        raise NotImplementedError
+
+    @property
+    def force_signals(self) -> tuple[str, ...]:
+        """The names of the signals that are contact forces."""
+        raise NotImplementedError
+
+    def contact_forces(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        """Return contact forces (count,) [N] by the struck body, or by the damper of a host.
+
+        They act on the damper and are positive in the direction of its displacement; the structure
+        feels the opposite.
+        """
+        raise NotImplementedError
+
+    def contact_columns(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the contact forces by the names that they have as columns of a table."""
+        raise NotImplementedError
+
+    def harmonic_forces(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the harmonic forces (count,) [N] by name: "force", "force.roof" of a host."""
+        raise NotImplementedError
+
+    # ---- words ----
+
+    def in_words(self) -> str:
+        """Return the title; without one the name, unless it is the kind or that of a file."""
+        is_named = not (self.name == self.kind or self.name.endswith(".toml"))
+        return self.title or (self.name if is_named else self.parts_in_words())
+
+    def parts_in_words(self) -> str:
+        """Return the words for the structure and its dampers."""
+        raise NotImplementedError
+
+    def parameters_in_words(self, varied: Collection[str] = ()) -> str:
+        """Return the kind and the parameters without those that change with `varied`."""
+        raise NotImplementedError
+
+    @property
+    def contact_in_words(self) -> Mapping[str, float]:
+        """The constants that all contacts share, by name, the stiffness K in place of moduli."""
+        raise NotImplementedError
+
+    @property
+    def changed_by_user(self) -> tuple[str, ...]:
+        """The names of the numbers that `with_` has changed."""
+        return tuple(name for name, source in self.sources.items() if source == BY_USER)
+
+    def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
+        """Return the attributes by which an archive describes the system [SI].
+
+        A parameter that changes with one of those `varied` is left out.
+        """
+        raise NotImplementedError
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the `[system]` table of a request file that describes exactly this system."""
+        raise NotImplementedError
+
+
+# ---- the paper's kinds ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, repr=False)
+class Preset(System):
+    """A system of one of the paper's kinds, with its parameters; see `System`."""
+
+    kind: str
+    parameters: Mapping[str, float]
+    name: str = ""
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    assumptions: Mapping[str, str] = field(default_factory=dict)
+    law: str = HERTZ.name
+    law_2: str = ""
+    fixed_ratios: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        choice("kind", self.kind, SCENES)
+        for key in ("parameters", "fixed_ratios"):
+            table(key, getattr(self, key))
+        check_law(self.kind, self.law, self.law_2)
+        for key in ("name", "title"):
+            string(key, getattr(self, key))
+        for key in ("sources", "assumptions"):
+            for name, text in table(key, getattr(self, key), PARAMETERS).items():
+                string(f"{key}.{name}", text, lines=True)
+        scene = SCENES[self.kind].under(self.law, self.law_2)
+        follow = meant_by(scene, self.fixed_ratios)
+        stated = {name: value for name, value in self.parameters.items() if name not in follow}
+        values = merged_parameters(scene, {}, {**self.fixed_ratios, **stated})
+        for name, value in values.items():
+            values[name] = number(name, value)
+            PARAMETERS[name].check(values[name])
+        object.__setattr__(self, "name", self.name or self.kind)
+        self._set(
+            parameters=values,
+            fixed_ratios={**self.fixed_ratios, **ratios_among(scene, self.parameters)},
+            sources=self.sources,
+            assumptions=self.assumptions,
+        )
+
+    def _set(self, **tables: Mapping[str, Any]) -> None:
+        self.__dict__.update({k: MappingProxyType(dict(v)) for k, v in tables.items()})
+        _ = self._cell  # which refuses parameters out of proportion
+
+    def takes(self, name: str) -> bool:
+        return name in self.scene.allowed or name in ratios_in(self.scene)
+
     def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
         """Accept any corner of a grid, as the range of one parameter depends on no other."""
 
+    def refuse_without_force(self) -> None:
+        missing = ", ".join(n for n, source in self.sources.items() if source == NOT_GIVEN)
+        if missing:
+            raise RequestError(f"parameters of kind {self.kind!r} are missing: {missing}")
+
+    def changes_from(self, first: System) -> dict[str, Any]:
+        before = first.parameters
+        return {name: v for name, v in self.parameters.items() if v != before.get(name)}
+
+    def has_parts_of(self, first: System) -> bool:
+        return isinstance(first, Preset) and self._parts == first._parts
+
+    @property
+    def _parts(self) -> tuple[str, str, str]:
+        return self.kind, self.law, self.law_2
+
     @property
     def drive(self) -> dict[str, float]:
-        """The parameters of the force, or of the motion of the ground, by name."""
         names = ("omega", "P", "Y", *BASES)
         return {name: self.parameters[name] for name in names if name in self.parameters}
 
     @property
     def contact_in_words(self) -> dict[str, float]:
-        """The constants of the contact by name, the stiffness K in place of moduli."""
         scene, constants = self.scene, dict[str, float]()
         if scene.law == HERTZ and scene.walls:
             constants["K"] = self.K
@@ -257,15 +569,9 @@ class System(Outlined):
 
     @property
     def contact_laws(self) -> tuple[Law, ...]:
-        """The laws of the walls."""
         return self.scene.laws
 
     def strokes(self, values: Mapping[str, Any], state: Mapping[str, Any]) -> list[Stroke]:
-        """Return the stroke of the damper, or of a mass between walls, in states.
-
-        `values` are parameters that differ from those of the system.  They and the components of
-        the state are floats or arrays; a missing component is at rest.
-        """
         scene, parameters = self.scene, {**self.parameters, **values}
         x1 = r = state.get(scene.components[0], 0.0)
         if scene.rest is not None:
@@ -277,14 +583,13 @@ class System(Outlined):
                 walls.append((sign, gap(parameters)))
         return [Stroke(r, np.maximum(np.abs(r), np.abs(x1)), walls)]
 
-    def alone(self) -> System:
-        """Return the structure without its damper, under the same force."""
+    def alone(self) -> Preset:
         scene = SCENES["none"]
         ratios = ratios_in(scene)
         values = {name: v for name, v in self.parameters.items() if name in scene.allowed}
         fixed = {name: v for name, v in self.fixed_ratios.items() if name in ratios}
         title = "Primary structure alone"
-        return System("none", values, title=title, fixed_ratios=fixed)
+        return Preset("none", values, title=title, fixed_ratios=fixed)
 
     def displacements(
         self, names: Sequence[str] = (), records: Collection[str] = ("response",)
@@ -296,6 +601,131 @@ class System(Outlined):
                 "response is x1_max, a1_max and others by the symbols of the paper"
             )
         return ()
+
+    @property
+    def damper_names(self) -> tuple[str, ...]:
+        return ("damper",) if self.scene.damper else ()
+
+    @property
+    def chain(self) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def places(self) -> Mapping[str, float]:
+        return {**self.scene.obstacle(self.parameters), "rest": self.rest or 0.0}
+
+    # ---- along an orbit ----
+
+    def shown(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        if len(of):
+            raise RequestError(
+                f"of = {shown(list(of))} is for displacements of a host; kind {self.kind!r} has "
+                f"{', '.join(self.scene.components)}"
+            )
+        return ()
+
+    def motions(self, of: Sequence[str] = ()) -> Motions:
+        scene = self.scene
+        rows = np.eye(len(scene.components) // 2)
+        walls = {name: float(u) for name, u in scene.obstacle(self.parameters).items()}
+        index = "_1" if scene.damper or "x1" in scene.components else ""
+        structure = Motion(
+            scene.body,
+            (f"x{index}", rf"\dot{{x}}{index}"),
+            rows[0],
+            walls=walls if scene.grounded else {},
+            component=0,
+        )
+        if not scene.damper:
+            return Motions((structure,), (structure,), (), ())
+        symbols = "x_2", r"\dot{x}_2"
+        damper = Motion("damper", symbols, rows[1], walls=walls, carrier=rows[0], component=2)
+        symbols = SIGNALS["u"].symbol, ""
+        stroke = Motion("damper", symbols, rows[1] - rows[0], walls=walls, has_plane=False)
+        return Motions((structure, damper), (structure,), (damper,), (stroke,))
+
+    def signal(self, name: object) -> Signal:
+        chosen = choice("signal", name, SIGNALS)
+        words = SIGNALS[chosen]
+        if chosen not in self._signals:
+            raise RequestError(
+                f"signal {chosen!r} ({words.meaning}) does not exist in kind {self.kind!r}; "
+                f"allowed: {', '.join(self._signals)}"
+            )
+        return Signal(words.unit, words.meaning, words.symbol, partial(_OF_STATES[chosen], self))
+
+    @property
+    def _signals(self) -> tuple[str, ...]:
+        """The names of the signals of the scene: no x2 without a damper, for example."""
+        missing = {"x", "v", "x1", "v1", "x2", "v2"} - {*self.scene.components}
+        if not self.scene.damper:
+            missing |= {"u", "E2"}
+        if not self.scene.forces:
+            missing.add("force")
+        return tuple(name for name in SIGNALS if name not in missing)
+
+    def usual_signals(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        return self.scene.components[-2:-1]
+
+    def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
+        recorded = (*self.scene.components, "force", "E1", "E2")
+        return {name: self.signal(name) for name in self._signals if name in recorded}
+
+    @property
+    def energy_signals(self) -> dict[str, str]:
+        of_structure = {"E1": self.scene.body}
+        return of_structure | ({"E2": "damper"} if self.scene.damper else {})
+
+    @property
+    def force_signals(self) -> tuple[str, ...]:
+        return ("force",) if self.scene.forces else ()
+
+    def contact_forces(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the contact force on the damper [N] at each wall, by the name of the struck body.
+
+        It is that of the law if the approach z > 0, F = K z^1.5 for Hertz (equations (2) and (3)),
+        otherwise 0; positive toward +x2, as at the wall of an SSul.  The structure feels the
+        opposite.
+        """
+        scene = self.scene
+        if not scene.forces:
+            return {}
+        shortening = states[:, 0]
+        rate = states[:, 1]
+        if self.rest is not None:
+            shortening = self.rest - (states[:, 2] - states[:, 0])
+            rate = states[:, 1] - states[:, 3]
+        by_wall = {}
+        for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+            law = scene.law_at(wall)
+            if gap is not None and not law.instant:
+                place = sign, gap(self.parameters)
+                force = wall_force(law, self.contact(wall), place, shortening, rate)
+                by_wall[scene.struck[wall]] = force
+        return by_wall
+
+    def contact_columns(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        forces = [*self.contact_forces(states).values()]
+        names = ("contact_near", "contact_far") if len(forces) == 2 else ("contact",)
+        return dict(zip(names, forces, strict=False))
+
+    def harmonic_forces(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        return {"force": self.force * np.cos(self.parameters["omega"] * time)}
+
+    # ---- words ----
+
+    def parts_in_words(self) -> str:
+        names = {kind: re.split("[:,]", scene.meaning)[0] for kind, scene in SCENES.items()}
+        name = names[self.kind]
+        is_ambiguous = list(names.values()).count(name) > 1
+        return name[:1].upper() + name[1:] + (f" ({self.kind})" if is_ambiguous else "")
+
+    def parameters_in_words(self, varied: Collection[str] = ()) -> str:
+        gone = {*varied, *meant_by(self.scene, varied), *self.following(varied)}
+        law = f" under {self.law}" if self.scene.walls else ""
+        stated = self.statements.items()
+        values = ", ".join(f"{name} = {value:g}" for name, value in stated if name not in gone)
+        return f"{self.kind}{law}: {values}"
 
     def heading(self) -> str:
         """Return its name and title."""
@@ -313,10 +743,9 @@ class System(Outlined):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with plain dictionaries: read-only mappings cannot be pickled."""
         values = (getattr(self, item.name) for item in fields(self))
-        return System, tuple(dict(v) if isinstance(v, Mapping) else v for v in values)
+        return Preset, tuple(dict(v) if isinstance(v, Mapping) else v for v in values)
 
     def to_table(self) -> dict[str, Any]:
-        """Return the `[system]` table of a request file that describes exactly this system."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
         plain["parameters"] = self.statements
@@ -327,15 +756,10 @@ class System(Outlined):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """The ratios and frequencies of the parameters, by name; those that are not defined lack.
-
-        zeta1, zeta2, mass_ratio, frequency_ratio, omega_ratio [1], f, f1 [Hz], T1 [s].
-        """
         return {**of_parameters(self.scene, self.parameters), **self.fixed_ratios}
 
     @property
     def statements(self) -> dict[str, float]:
-        """The parameters as they were set: those that were set as a ratio, as that ratio."""
         ratios = list(self.fixed_ratios)
         names = dict(zip(meant_by(self.scene, ratios), ratios, strict=True))
         return {
@@ -344,12 +768,10 @@ class System(Outlined):
         }
 
     def following(self, names: Collection[str]) -> set[str]:
-        """Return the parameters that, by a ratio that was set, change with those of `names`."""
         return following(self.scene, self.fixed_ratios, names)
 
     @cached_property
     def scene(self) -> Scene:
-        """The parts of the system: rest position, walls, contact laws."""
         return SCENES[self.kind].under(self.law, self.law_2, self.parameters)
 
     @cached_property
@@ -408,41 +830,16 @@ class System(Outlined):
         return None if self.scene.rest is None else float(self.scene.rest(self.parameters))
 
     @property
-    def period(self) -> float:
-        """Forcing period T = 2 pi / omega [s]."""
-        return 2 * pi / self.parameters["omega"]
+    def natural_period(self) -> float:
+        m1, k1, _ = self.structure
+        return 2 * pi * sqrt(m1 / k1) if k1 > 0.0 else inf
 
-    def with_(self, /, **overrides: float | str) -> System:
-        """Replace parameters.
+    @property
+    def state_at_rest(self) -> tuple[float, ...]:
+        rest = self.rest or 0.0
+        return tuple(rest if name == "x2" else 0.0 for name in self.scene.components)
 
-        A parameter that was set as a ratio stays at that ratio, unless it is overridden.  `K`
-        replaces the seven contact constants, and all seven together replace `K`.  The source of a
-        changed value becomes "set by the user", and its assumption is dropped.
-
-        Parameters
-        ----------
-        **overrides
-            Parameters by name in SI units, or ratios: zeta1, zeta2, mass_ratio, f [Hz], f1 [Hz],
-            T1 [s], omega_ratio, frequency_ratio.  Also `law` and `law_2`, with the constants of the
-            new law in place of those of the former.
-
-        Returns
-        -------
-        System
-            A new system.
-
-        Raises
-        ------
-        RequestError
-            As `System`, and for `K` beside a constant that it replaces.
-
-        Examples
-        --------
-        >>> import nlds_vines as nv
-        >>> system = nv.load_system("ssul-set6").with_(f=1.0, mass_ratio=0.05)
-        >>> round(system.parameters["omega"], 4), system.parameters["m2"]
-        (6.2832, 50.0)
-        """
+    def with_(self, /, **overrides: Any) -> Preset:
         law: Any = overrides.pop("law", self.law)
         law_2: Any = overrides.pop("law_2", self.law_2)
         for key, name in (("law", law), ("law_2", law_2)):
@@ -460,7 +857,7 @@ class System(Outlined):
                 or not has_changed[SECOND if name.endswith(SECOND) else ""]
             }
         scene = SCENES[self.kind].under(law, law_2)
-        merged = _merge(scene, before, overrides, self.fixed_ratios)
+        merged = merged_parameters(scene, before, overrides, self.fixed_ratios)
         for name in scene.under(law, law_2, merged).optional:
             if merged[name] == 0 and DAMPING in name:  # damping that damps nothing
                 del merged[name]
@@ -481,17 +878,13 @@ class System(Outlined):
         stay = still_set(scene, self.fixed_ratios, overrides)
         system._set(
             parameters=merged,
-            fixed_ratios=stay | _ratios_in(scene, overrides),
-            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
+            fixed_ratios=stay | ratios_among(scene, overrides),
+            sources=sources | dict.fromkeys(sorted(changed), BY_USER),
             assumptions={n: text for n, text in self.assumptions.items() if n in unchanged},
         )
         return system
 
-    def with_axes(self, names: Iterable[str]) -> System:
-        """Return the system with these parameters in its scene, those that were optional at 0.
-
-        One that varies is part of the scene even at the value 0, and no longer set as a ratio.
-        """
+    def with_axes(self, names: Iterable[str]) -> Preset:
         names = list(names)
         stay = still_set(self.scene, self.fixed_ratios, names)
         if stay != self.fixed_ratios:
@@ -509,10 +902,6 @@ class System(Outlined):
         return replace(self, parameters={**others, **dict.fromkeys([*damping, *drives], 0.0)})
 
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
-        """Return the attributes by which an archive describes the system [SI].
-
-        A parameter that follows, by a ratio, from one of those `varied` is left out.
-        """
         follow = following(self.scene, self.fixed_ratios, varied)
         values = self.parameters.items()
         return {
@@ -536,216 +925,753 @@ class System(Outlined):
         if not grid:
             return self._cell.copy()
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
-        values = _merge(self.scene, self.parameters, varied, self.fixed_ratios)
+        values = merged_parameters(self.scene, self.parameters, varied, self.fixed_ratios)
         for name, value in varied.items():  # the others were checked when the system was made
             DESCRIBED[name].check(value)
         shape = np.broadcast_shapes(*(array.shape for array in varied.values()))
-        return _records(self.scene, values, shape)
+        return records_of(self.scene, values, shape)
 
     @cached_property
     def _cell(self) -> np.ndarray:
-        return _records(self.scene, self.parameters, ())
+        return records_of(self.scene, self.parameters, ())
 
 
-def _records(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) -> np.ndarray:
-    """Return the records (shape) of parameters that are floats or arrays."""
-    cells = np.zeros(shape, cell_type(scene))
-    for name, field_name in _FIELDS.items():
-        if name in values:
-            cells[field_name] = values[name]
-    if "P" not in values:
-        cells["P"] = _force(scene, values)
-    for name, part in (
-        ("near", scene.gap_near), ("far", scene.gap_far), ("rest", scene.rest),
-        ("limit", scene.limit), ("load", scene.load),
-    ):  # fmt: skip
-        if part is not None:
-            with np.errstate(over="ignore"):
-                cells[name] = part(values)
-            if not np.isfinite(cells[name]).all():
-                raise RequestError(f"parameters out of proportion: {name} is not finite")
-    # a damper is in one contact at a time
-    if len(scene.walls) == 2 and np.any((room := cells["near"] + cells["far"]) < 0):
-        raise RequestError(
-            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
-        )
-    if scene.limit is not None and np.any(cells["limit"] <= 0):
-        raise RequestError(
-            f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
-            "beyond its limit; D, or D + L, must be > 0"
-        )
-    for wall in scene.walls:
-        ending, is_hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
-        constants = cells[NEAR] if scene.law_2 and wall == "near" else cells
-        for name in ("K", *_OF_LAWS):
-            if name + ending in values:
-                constants[name] = values[name + ending]
-        if is_hertz and scene.is_damped(wall):
-            constants["exponent"] = 1.5
-        if is_hertz and "K" + ending not in values:
-            of_hertz = tuple(values[name] for name in CONTACT)
-            is_one = all(isinstance(value, float) for value in of_hertz)
-            stiffness = hertz_stiffness if is_one else hertz_stiffness.__wrapped__
-            constants["K"] = stiffness(*of_hertz)
-    return cells
+def _energy_of_structure(system: Preset, states: np.ndarray) -> np.ndarray:
+    """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
+    m1, k1, _ = system.structure
+    return 0.5 * (m1 * states[:, 1] ** 2 + k1 * states[:, 0] ** 2)
 
 
-def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
-    """Return the amplitude [N] of the force due to the ground's motion Y cos(omega t).
+def _energy_of_damper(system: Preset, states: np.ndarray) -> np.ndarray:
+    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6)."""
+    # w is the absolute displacement from rest, V + C for SSul, not the stretch of the spring
+    p, w = system.parameters, states[:, 2] - system.rest
+    return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
 
-    Relative to the ground it is m Y omega^2.  In absolute coordinates spring and dashpot exert
-    k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
+
+def _contact_force(system: Preset, states: np.ndarray) -> np.ndarray:
+    return sum(system.contact_forces(states).values(), np.zeros(len(states)))
+
+
+_OF_STATES: Mapping[str, Callable[[Preset, np.ndarray], np.ndarray]] = {
+    "x": lambda _, states: states[:, 0],
+    "v": lambda _, states: states[:, 1],
+    "x1": lambda _, states: states[:, 0],
+    "v1": lambda _, states: states[:, 1],
+    "x2": lambda _, states: states[:, 2],
+    "v2": lambda _, states: states[:, 3],
+    "u": lambda _, states: states[:, 2] - states[:, 0],
+    "force": _contact_force,
+    "E1": _energy_of_structure,
+    "E2": _energy_of_damper,
+}
+"""The values of each of `SIGNALS` in states."""
+
+
+# ---- hosts with dampers --------------------------------------------------------------------------
+
+
+def _zero(parameters: Values) -> float:
+    return 0.0
+
+
+_SIGNALS = {
+    "x": SignalWords("m", "displacement", "x"),
+    "v": SignalWords("m/s", "velocity", r"\dot{x}"),
+    "stroke": SignalWords("m", "displacement along the spring, positive toward its wall +,", "r"),
+    "force": SignalWords("N", "contact force", "F"),
+    "E2": SignalWords("J", "energy of the mass", "E_2"),
+}
+"""The signals of degrees of freedom and dampers, by key."""
+
+
+def _displaced(row: np.ndarray, part: int, states: np.ndarray) -> np.ndarray:
+    return displaced(row, states, part)
+
+
+def _component_of(place: int, states: np.ndarray) -> np.ndarray:
+    return states[:, place]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class General(System):
+    """A host with dampers under a harmonic force or motion of the ground; `System.from_host`.
+
+    Attributes
+    ----------
+    host : Host
+        The linear structure.
+    dampers : tuple of Damper
+        The dampers.
+    force : mapping of str to float
+        Amplitudes P [N] of the forces P cos(omega t), by degree of freedom.
+    acceleration : float
+        In place of a force, the amplitude [m/s^2] of the ground's acceleration.
+    omega : float
+        Frequency [rad/s].
+    name, title : str
+        A name, by default "host", and one line that describes the system.
+    sources : mapping of str to str
+        By the name of a number, the source of its value if it is known.
     """
-    omega = values["omega"]
-    with np.errstate(all="ignore"):
-        if not scene.absolute:
-            if "base_acceleration" in values:
-                return values["m"] * values["base_acceleration"]
-            Y = values["Y"] if "Y" in values else values["base_displacement"]
-            return values["m"] * Y * omega * omega
-        name = next(name for name in BASES if name in values)
-        if np.any((np.asarray(values["k1"]) == 0) & (np.asarray(values["c1"]) == 0)):
-            raise RequestError(
-                f"{name}: with k1 = 0 and c1 = 0 nothing joins the structure to the ground"
-            )
-        if "base_displacement" in values:
-            Y = values["base_displacement"]
+
+    host: Host
+    dampers: tuple[Damper, ...]
+    force: Mapping[str, float]
+    acceleration: float
+    omega: float
+    name: str = "host"
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    kind = HOST
+    fixed_ratios = MappingProxyType[str, float]({})
+
+    def heading(self) -> str:
+        """Return the title, or the host's heading and the number of dampers."""
+        count = len(self.dampers)
+        return self.title or f"{self.host.heading()}, {count} damper{'s' * (count != 1)}"
+
+    def outline(self) -> Rows:
+        """Return the dampers, the force and the host's frequencies."""
+        for damper in self.dampers:
+            mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
+            place = " and ".join(damper.places)
+            yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
+        force = numbers(self.force) or f"ground {self.acceleration:.6g} m/s^2"
+        yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
+
+    def parts_in_words(self) -> str:
+        return self.heading()
+
+    def parameters_in_words(self, varied: Collection[str] = ()) -> str:
+        gone = {*varied, *self.following(varied)}
+        stated = self.statements.items()
+        values = ", ".join(f"{name} = {value:g}" for name, value in stated if name not in gone)
+        return f"{self.kind}: {values}"
+
+    @property
+    def natural_period(self) -> float:
+        lowest = next((omega for omega in self.host.frequencies.tolist() if omega > 0.0), 0.0)
+        return 2 * pi / lowest if lowest else inf
+
+    @property
+    def state_at_rest(self) -> tuple[float, ...]:
+        return (0.0,) * len(self.scene.components)
+
+    @property
+    def masses(self) -> tuple[Damper, ...]:
+        """The dampers that have a mass, which come first."""
+        return tuple(damper for damper in self.dampers if damper.m is not None)
+
+    @cached_property
+    def scene(self) -> HostScene:
+        """The names of the components of states: of the host, then of the dampers' masses.
+
+        Each name stands for a displacement, and v_name for its rate.  If the host was reduced or
+        made from modes its coordinates are mode1, mode2 ...: `host.shape` leads to displacements.
+        """
+        names = self.host.coordinates
+        masses = [damper.name for damper in self.masses]
+        walls = [(damper.name, wall) for damper in self.dampers for wall in damper.walls]
+        sides = {wall.side for _, wall in walls}
+        several = len(self.dampers) > 1
+        return HostScene(
+            kind=self.kind,
+            meaning="a host with dampers",
+            parameter_names=tuple(self.parameters),
+            rest=_zero if self.dampers else None,
+            gap_near=_zero if "+" in sides else None,
+            gap_far=_zero if "-" in sides else None,
+            struck={"near": "+", "far": "-"},
+            body="host",
+            components=tuple(part for name in (*names, *masses) for part in (name, f"v_{name}")),
+            dampers=tuple(damper.name for damper in self.dampers) if several else (),
+            of_walls=tuple((name, wall.side) for name, wall in walls),
+            settable=tuple(name for name in self.allowed if name not in RATIOS),
+            relative=not self.force,
+        )
+
+    @property
+    def statements(self) -> Mapping[str, float]:
+        return self.parameters
+
+    @property
+    def ratios(self) -> Mapping[str, float]:
+        return {"f": self.omega / (2 * pi)}
+
+    def following(self, names: Collection[str]) -> set[str]:
+        changed = {part for name in names if name not in INITIAL for part in self.parts(name)}
+        for damper in self.dampers:
+            prefix = f"{damper.name}."
+            keys = [name.removeprefix(prefix) for name in changed if name.startswith(prefix)]
+            changed |= {prefix + key for key in damper.following(keys)}
+        return {name for name in self.parameters if not changed.isdisjoint(self.parts(name))}
+
+    def with_axes(self, names: Iterable[str]) -> General:
+        names = [name for name in names if name not in INITIAL]
+        self.refuse_twice(names)
+        drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
+        new = [name for name in drives if name not in self.parameters]
+        return self.with_values(new, [0.0] * len(new)) if new else self
+
+    def takes(self, name: str) -> bool:
+        return name in self.allowed
+
+    def refuse_without_force(self) -> None:
+        if not (self.force or self.acceleration):
+            raise RequestError("a host without a force: give [system.force]")
+
+    def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
+        for corner in corners:
+            self.with_(**corner)
+
+    @property
+    def drive(self) -> dict[str, float]:
+        names = [name for name in self.parameters if name in ("omega", GROUND)]
+        names += [name for name in self.parameters if name.startswith(f"{FORCE}.")]
+        return {name: self.parameters[name] for name in names}
+
+    @property
+    def contact_in_words(self) -> dict[str, float]:
+        """Return nothing: each wall has constants of its own."""
+        return {}
+
+    @property
+    def contact_laws(self) -> tuple[Law, ...]:
+        return tuple(LAWS[wall.law] for damper in self.dampers for wall in damper.walls)
+
+    def strokes(self, values: Mapping[str, Any], state: Mapping[str, Any]) -> list[Stroke]:
+        zero, strokes = np.zeros(()), []
+        places = [state.get(name, 0.0) for name in self.scene.components[::2]]
+        for damper, row in zip(self.dampers, self.rows(), strict=True):
+            terms = [weight * place for weight, place in zip(row, places, strict=True)]
+            walls = []
+            for wall in damper.walls:
+                gap = values.get(f"{damper.name}.gap", wall.gap)
+                gap = values.get(f"{damper.name}.gap{wall.side}", gap)
+                walls.append((SIDES[wall.side], gap))
+            strokes.append(Stroke(sum(terms, zero), sum(map(np.abs, terms), zero), walls))
+        return strokes
+
+    def alone(self) -> General:
+        return replace(self, dampers=(), name="host", title="")
+
+    def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
+        """Return records of omega and of the varied parameters, one for each point of a grid.
+
+        `grid` holds arrays by name that broadcast together; `with_values` takes the numbers of a
+        record.  Raises `RequestError` for a value out of range.
+        """
+        values = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
+        for name, array in values.items():
+            if name not in DESCRIBED:
+                raise unknown("parameter", name, self.allowed)
+            DESCRIBED[name].check(array)
+        values = {"omega": np.asarray(self.omega), **values}
+        shape = np.broadcast_shapes(*(array.shape for array in values.values()))
+        cells = np.zeros(shape, [(name, np.float64) for name in values])
+        for name, array in values.items():
+            cells[name] = array
+        return cells
+
+    @cached_property
+    def parameters(self) -> Mapping[str, float]:  # type: ignore[override]  # of a preset a field
+        """The numbers by name: cell1.k, cell1.gap, force.roof or ground, omega [SI].
+
+        Of two walls with different numbers each has its own: cell1.gap+, cell1.gap-.
+        """
+        of_dampers = {
+            f"{damper.name}.{key}": value
+            for damper in self.dampers
+            for key, value in damper.parameters.items()
+        }
+        forces = {f"{FORCE}.{dof}": P for dof, P in self.force.items()}
+        drive = forces or {GROUND: self.acceleration}
+        return MappingProxyType({**of_dampers, **drive, "omega": self.omega})
+
+    @cached_property
+    def allowed(self) -> tuple[str, ...]:
+        """The names of all numbers that `with_` replaces, and that an axis may have."""
+        of_dampers = (f"{damper.name}.{k}" for damper in self.dampers for k in damper.allowed)
+        forces = (f"{FORCE}.{dof}" for dof in self.host.places)
+        return (*of_dampers, *forces, GROUND, "omega", "f")
+
+    def parts(self, name: str) -> tuple[str, ...]:
+        """Return the names of single numbers that a name means: gap+ and gap- for gap.
+
+        Raises `RequestError` for a name that the system does not have.
+        """
+        owner, key, side = split_name(name)
+        damper = next((damper for damper in self.dampers if damper.name == owner), None)
+        if owner == FORCE and key:
+            choice("degree of freedom", key, self.host.places)
+        elif damper and key and key + side not in (*damper.allowed, PLACE):
+            with at(f"damper {owner!r}"):
+                keys = [key for key in damper.allowed if key[-1] not in SIDES]
+                raise unknown("parameter", key + side, [*keys, PLACE])
+        elif not (damper and key) and name not in ("omega", "f", GROUND):
+            raise unknown("parameter", name, dict.fromkeys([*self.parameters, GROUND, "f"]))
+        if damper is None or side:
+            return ("omega",) if name == "f" else (name,)
+        if key in RATIOS_OF_DAMPERS:
+            return (f"{owner}.{RATIOS_OF_DAMPERS[key]}",)
+        sides = (wall.side for wall in damper.walls if key in ("gap", *LAWS[wall.law].allowed))
+        return tuple(name + wall for wall in sides) or (name,)
+
+    def refuse_twice(self, names: Iterable[str]) -> None:
+        """Raise `RequestError` for an unknown name, and if two of `names` mean one number."""
+        names, first = [*names], dict[str, str]()
+        for name in names:
+            for part in self.parts(name):
+                if first.setdefault(part, name) != name:
+                    raise RequestError(f"{first[part]} beside {name}: give one of them")
+        forces = [name for name in names if name.startswith(f"{FORCE}.")]
+        if forces and GROUND in names:
+            raise RequestError(f"{GROUND} beside {forces[0]}: give one of them")
+
+    def with_(self, /, **changes: Any) -> General:
+        values = flat(changes)
+        self.refuse_twice(values)
+        for name in values:
+            if not name.endswith(f".{PLACE}"):
+                values[name] = number(name, values[name])
+                DESCRIBED[name].check(values[name])
+        system = self.with_values(values, values.values())
+        check_places(self.host, system.dampers)
+        changed = system.changes_from(self)
+        unchanged = {n: text for n, text in self.sources.items() if n not in changed}
+        return replace(system, sources={**unchanged, **dict.fromkeys(changed, BY_USER)})
+
+    def changes_from(self, first: System) -> dict[str, Any]:
+        before: dict[str, Any] = {**first.parameters}
+        values: dict[str, Any] = {**self.parameters}
+        if isinstance(first, General):
+            before |= first._places
+            values |= self._places
+        return {name: value for name, value in values.items() if value != before.get(name)}
+
+    @property
+    def _places(self) -> dict[str, Any]:
+        return {f"{damper.name}.{PLACE}": damper.attached_to for damper in self.dampers}
+
+    def has_parts_of(self, first: System) -> bool:
+        if not isinstance(first, General):
+            return False
+        try:
+            changed = first.with_(**self.changes_from(first))
+        except RequestError:  # of a number that `first` does not have
+            return False
+        return changed._without_sources == self._without_sources
+
+    @property
+    def _without_sources(self) -> dict[str, Any]:
+        described = self.to_table()
+        described.pop("sources", None)
+        return described
+
+    def with_values(self, names: Iterable[str], values: Iterable[Any]) -> General:
+        """Return the system with other numbers by names that `refuse_twice` allows.
+
+        Neither names nor ranges are checked: one call for each cell of a scan.
+        """
+        omega, forces, acceleration = self.omega, self.force, self.acceleration
+        of_dampers: dict[str, dict[str, Any]] = {}
+        for name, value in zip(names, values, strict=True):
+            owner, _, key = name.partition(".")
+            if name in ("omega", "f"):
+                omega = value if name == "omega" else value * (2 * pi)
+            elif name == GROUND:
+                forces, acceleration = {}, value
+            elif owner == FORCE:
+                forces, acceleration = {**forces, key: value}, 0.0
+            elif key == "frequency_ratio":
+                of_dampers.setdefault(owner, {})["f"] = frequency_by_ratio(value, self.host)
+            else:
+                of_dampers.setdefault(owner, {})[key] = value
+        dampers = tuple(
+            damper.changed(of_dampers[damper.name]) if damper.name in of_dampers else damper
+            for damper in self.dampers
+        )
+        return replace(
+            self,
+            dampers=dampers,
+            force=MappingProxyType(dict(forces)),
+            acceleration=acceleration,
+            omega=omega,
+        )
+
+    def to_table(self) -> dict[str, Any]:
+        from nlds_vines.model.host import table_of
+
+        dampers = [
+            {
+                "name": damper.name,
+                PLACE: list(damper.places) if damper.m is None else damper.places[0],
+                **damper.statements,
+                "walls": [
+                    {"gap": wall.gap, "side": wall.side, "law": wall.law, **wall.statements}
+                    for wall in damper.walls
+                ],
+            }
+            for damper in self.dampers
+        ]
+        drive: dict[str, Any] = {"omega": self.omega}
+        if self.force:
+            drive["at"] = dict(self.force)
         else:
-            Y = values["base_acceleration"] / (omega * omega)
-        size_of_force = Y * modulus(values["k1"], values["c1"] * omega)
-    if not np.all(np.isfinite(size_of_force)):
-        raise RequestError(f"{name} out of proportion: the force on m1 is not finite")
-    return size_of_force
+            drive["base"] = {"acceleration": self.acceleration}
+        return {
+            "kind": self.kind,
+            **{key: getattr(self, key) for key in ("name", "title") if getattr(self, key)},
+            "host": table_of(self.host),
+            **({"dampers": dampers} if dampers else {}),
+            "force": drive,
+            **({"sources": dict(self.sources)} if self.sources else {}),
+        }
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return general_from, (self.to_table(),)
 
-def modulus(real: Any, imaginary: Any) -> np.ndarray:
-    """Return sqrt(real^2 + imaginary^2) without overflow of the squares.
+    def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
+        gone = self.following(varied)
+        values = {name: value for name, value in self.parameters.items() if name not in gone}
+        return {
+            "system": self.name,
+            "kind": self.kind,
+            "host": self.host.heading(),
+            **values,
+            **{f"{damper.name}.{PLACE}": " and ".join(damper.places) for damper in self.dampers},
+            **{
+                f"{damper.name}.law{wall.side}": wall.law
+                for damper in self.dampers
+                for wall in damper.walls
+            },
+        }
 
-    NumPy's complex modulus, and so an archive, would depend on the processor.
-    """
-    one, other = np.abs(real), np.abs(imaginary)
-    most = np.maximum(one, other)
-    share = np.where((most > 0) & (most < np.inf), np.minimum(one, other) / most, 0.0)
-    return most * np.sqrt(1 + share * share)
+    def rows(self) -> np.ndarray:
+        """Return w of r = w X of each damper, (dampers, coordinates and masses)."""
+        rows = np.zeros((len(self.dampers), len(self.host.inertia) + len(self.masses)))
+        for row, damper in zip(rows, self.dampers, strict=True):
+            for place, sign in zip(damper.ends, (1.0, -1.0), strict=True):
+                if place != GROUND:
+                    row += sign * self._row(place)
+        return rows
 
+    def _row(self, name: str) -> np.ndarray:
+        """Return the row of a degree of freedom or of a damper's mass."""
+        count, masses = len(self.host.inertia), [damper.name for damper in self.masses]
+        row = np.zeros(count + len(masses))
+        if name in masses:
+            row[count + masses.index(name)] = 1.0
+        else:
+            row[:count] = self.host.row(name)
+        return row
 
-def check_law(kind: str, law: str, law_2: str) -> None:
-    choice("law", law, LAWS)
-    scene = SCENES[kind]
-    if law != HERTZ.name and not scene.walls:
-        raise RequestError(f"law = {law!r}: kind {kind!r} has no contact")
-    if not isinstance(law_2, str) or law_2:
-        choice("law_2", law_2, LAWS)
-        if not scene.second:
-            two = [name for name, other in SCENES.items() if other.second]
-            raise RequestError(
-                f"law_2 = {law_2!r}: kind {kind!r} has no second wall; of two walls: "
-                f"{', '.join(two)}"
+    def displacements(
+        self, names: Sequence[str] = (), records: Collection[str] = ("response",)
+    ) -> tuple[str, ...]:
+        names = (names,) if isinstance(names, str) else tuple(names)
+        if "response" not in records:
+            if names:
+                raise RequestError(f"of = {shown(list(names))}: the response is not recorded")
+            return ()
+        for name in names:
+            self.displacement(name)
+        usual = [damper.places[0] for damper in self.dampers]
+        return tuple(dict.fromkeys(names or usual or self.host.dofs))
+
+    def displacement(self, name: str) -> tuple[np.ndarray, float]:
+        """Return the row of a displacement, and its value when the ground moves by 1.
+
+        It is that of a degree of freedom "roof", of a damper's mass "cell1", or a difference,
+        "roof-floor2".  Raises `RequestError` for other names.
+        """
+        places = {damper.name: damper.places[0] for damper in self.masses}
+        allowed = (*self.host.dofs, *places)
+        if name not in allowed:
+            for i in (i for i, letter in enumerate(name) if letter == "-"):
+                if name[:i] in allowed and name[i + 1 :] in allowed:
+                    row, moved = self.displacement(name[:i])
+                    other, beside = self.displacement(name[i + 1 :])
+                    return row - other, moved - beside
+        choice("displacement", name, allowed)
+        dof = self.host.dofs.index(places.get(name, name))
+        return self._row(name), float(self.host.influence[dof])
+
+    @property
+    def damper_names(self) -> tuple[str, ...]:
+        return tuple(damper.name for damper in self.dampers)
+
+    @property
+    def chain(self) -> tuple[str, ...]:
+        """The degrees of freedom that the ground moves, thus no rotations of a beam, or else all.
+
+        None of a structure with one degree of freedom.
+        """
+        return self._along_ground if len(self.host.dofs) > 1 else ()
+
+    @property
+    def _along_ground(self) -> tuple[str, ...]:
+        pairs = zip(self.host.dofs, self.host.influence.tolist(), strict=True)
+        return tuple(dof for dof, moved in pairs if moved) or self.host.dofs
+
+    @property
+    def places(self) -> Mapping[str, float]:
+        walls = [(damper.name, wall) for damper in self.dampers for wall in damper.walls]
+        return {f"{name}.gap{wall.side}": wall.gap for name, wall in walls}
+
+    # ---- along an orbit ----
+
+    def shown(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        usual = () if self.dampers else tuple(self.force) or self._along_ground[-1:]
+        return self.displacements(of or usual)
+
+    def motions(self, of: Sequence[str] = ()) -> Motions:
+        bodies = []
+        for name in self.shown(of):
+            row, _ = self.displacement(name)
+            symbols = "x", r"\dot{x}"
+            bodies.append(Motion(name, symbols, row, name, component=self._component(row)))
+        strokes = []
+        for damper, row in zip(self.dampers, self.rows(), strict=True):
+            stroke = Motion(
+                damper.name,
+                ("r", r"\dot{r}"),
+                row,
+                damper.name,
+                walls={wall.side: SIDES[wall.side] * wall.gap for wall in damper.walls},
+                component=self._component(row),
+                shows_touches=True,
             )
+            strokes.append(stroke)
+        return Motions(tuple(bodies), tuple(bodies), tuple(strokes), tuple(strokes))
+
+    def _component(self, row: np.ndarray) -> int | None:
+        """Return the place in a state of the last body that a displacement w X depends on.
+
+        None if it is no body but a mode.
+        """
+        bodies = np.flatnonzero(row).tolist()
+        if not bodies:
+            return None
+        is_body = self.host.is_plain or bodies[-1] >= len(self.host.inertia)
+        return 2 * bodies[-1] if is_body else None
+
+    def signal(self, name: object) -> Signal:
+        """Return the signal of a displacement `roof` or `roof.v`, of a damper `cell.force`, or E1.
+
+        Raises `RequestError` for other names.
+        """
+        text = str(name)
+        if text == "E1":
+            return Signal("J", "energy of the host", "E_1", self._energy_of_host)
+        owner, _, key = text.rpartition(".")
+        if not owner:
+            owner, key = text, "x"
+        with at(f"signal {text!r}"):
+            choice("quantity", key, _SIGNALS)
+            unit, words, symbol = _SIGNALS[key]
+            meaning = f"{words} of {owner}"
+            if key in ("x", "v"):
+                row, _ = self.displacement(owner)
+                of_states = partial(_displaced, row, "xv".index(key))
+                return Signal(unit, meaning, symbol, of_states, owner)
+            dampers = {damper.name: damper for damper in self.dampers}
+            damper = dampers[choice("damper", owner, dampers)]
+        if key == "stroke":
+            of_states = partial(_displaced, self.displacement(damper.stroke)[0], 0)
+        elif key == "force":
+            of_states = partial(self._force_on, damper)
+        else:
+            of_states = partial(self._energy_of_mass, damper)
+        return Signal(unit, meaning, symbol, of_states, owner)
+
+    def usual_signals(self, of: Sequence[str] = ()) -> tuple[str, ...]:
+        return self.shown(of)
+
+    def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
+        signals = {}
+        for i, name in enumerate(self.scene.components):
+            key = "xv"[i % 2]
+            owner = name if key == "x" else name.removeprefix("v_")
+            unit, words, symbol = _SIGNALS[key]
+            of_states = partial(_component_of, i)
+            words = f"{words} of {owner}"
+            signals[f"{owner}.{key}"] = Signal(unit, words, symbol, of_states, owner)
+        names = [f"{name}.x" for name in self.shown(of)]
+        names.append("E1")
+        for damper in self.dampers:
+            present = {"stroke": True, "force": damper.has_force, "E2": damper.m is not None}
+            names += [f"{damper.name}.{key}" for key, is_there in present.items() if is_there]
+        return signals | {name: self.signal(name) for name in names if name not in signals}
+
+    @property
+    def energy_signals(self) -> dict[str, str]:
+        of_masses = {f"{damper.name}.E2": damper.name for damper in self.masses}
+        return {"E1": self.scene.body, **of_masses}
+
+    @property
+    def force_signals(self) -> tuple[str, ...]:
+        return tuple(f"{damper.name}.force" for damper in self.dampers if damper.has_force)
+
+    def contact_forces(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            damper.name: self._force_on(damper, states)
+            for damper in self.dampers
+            if damper.has_force
+        }
+
+    def contact_columns(self, states: np.ndarray) -> dict[str, np.ndarray]:
+        return {f"{name}.force": force for name, force in self.contact_forces(states).items()}
+
+    def harmonic_forces(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        phase = np.cos(self.omega * time)
+        return {f"{FORCE}.{dof}": P * phase for dof, P in self.force.items()}
+
+    def _energy_of_host(self, states: np.ndarray) -> np.ndarray:
+        """Return (V^T M V + X^T K X) / 2 [J], as `Orbit.E1max`."""
+        total = np.zeros(len(states))
+        for matrix, part in ((self.host.M, 1), (self.host.K, 0)):
+            for i, j in zip(*np.nonzero(matrix), strict=True):
+                total += 0.5 * matrix[i, j] * states[:, 2 * i + part] * states[:, 2 * j + part]
+        return total
+
+    def _energy_of_mass(self, damper: Damper, states: np.ndarray) -> np.ndarray:
+        """Return (m v^2 + k x^2) / 2 [J], as `Orbit.E2max`."""
+        row, _ = self.displacement(damper.name)
+        x = displaced(row, states, 0)
+        v = displaced(row, states, 1)
+        return 0.5 * (float(damper.m or 0.0) * v**2 + damper.k * x**2)
+
+    def _force_on(self, damper: Damper, states: np.ndarray) -> np.ndarray:
+        """Return the force [N] of a damper's walls on its mass, positive in the direction of x."""
+        row, _ = self.displacement(damper.stroke)
+        r = displaced(row, states, 0)
+        s = displaced(row, states, 1)
+        forces = [
+            wall_force(LAWS[wall.law], wall.constants, (SIDES[wall.side], wall.gap), r, s)
+            for wall in damper.walls
+        ]
+        return sum(forces, np.zeros(len(states)))
+
+    # ---- forces and loads ----
+
+    def push(self) -> np.ndarray:
+        """Return the force [N] on each coordinate and mass at cos(omega t) = 1."""
+        if self.force:
+            push = np.zeros(len(self.host.inertia) + len(self.masses))
+            for dof, P in self.force.items():
+                push += P * self._row(dof)
+            return push
+        on_masses = [
+            -self.acceleration * float(damper.m or 0) * self.displacement(damper.name)[1]
+            for damper in self.masses
+        ]
+        return np.concatenate([-self.acceleration * self.host.inertia, on_masses])
+
+    def under(self, load: Any) -> General:
+        """Return the system under 1 N on each of the load's degrees of freedom times its factor.
+
+        Under a motion of the ground, it is one by -1 m/s^2, as the load is minus its acceleration.
+        Raises `RequestError` for degrees of freedom that are missing, out of place or unknown.
+        """
+        if load.shaken:
+            if load.on is not None:
+                raise RequestError("on: the loads move the ground, and no degree of freedom else")
+            return replace(self, force=MappingProxyType({}), acceleration=-1.0)
+        dofs, on = self.host.places, load.on
+        if on is None:
+            if len(dofs) > 1:
+                names = ", ".join(dofs)
+                raise RequestError(f"on is missing, the degree of freedom of the force: {names}")
+            on = dofs[0]
+        factors = {on: 1.0} if isinstance(on, str) else dict(on)
+        for dof in factors:
+            choice("degree of freedom in on", dof, dofs)
+        return replace(self, force=MappingProxyType(factors), acceleration=0.0)
 
 
-def _named(scene: Scene) -> str:
-    text = f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
-    return text + (f" and law_2 {scene.law_2.name!r}" if scene.law_2 else "")
+def system_from_host(
+    host: Host,
+    dampers: Sequence[Damper],
+    force: Mapping[str, float] | None,
+    base: Mapping[str, Any] | None,
+    omega: float | None,
+    name: str,
+    title: str,
+) -> General:
+    """Return the checked system; see `System.from_host`."""
+    from nlds_vines.model.host import Host, with_influence
+
+    if not isinstance(host, Host):
+        raise RequestError(f"host = {shown(host)} must be a Host")
+    if force is None and base is None and omega is None:
+        base, omega = {"acceleration": 0.0}, 1.0  # a system for loads in time
+    if omega is None:
+        raise RequestError("omega is missing, the frequency [rad/s]")
+    PARAMETERS["omega"].check(number("omega", omega))
+    if (force is None) == (base is None):
+        raise RequestError("a system needs one of force and base")
+    forces, acceleration = {}, 0.0
+    if base is not None:
+        table("base", base, ("influence", "acceleration"))
+        influence = base.get("influence", ALL)
+        if influence != ALL:
+            influence = by_dof_names("influence", influence)
+            host = with_influence(host, table("influence", influence))
+        acceleration = number("acceleration", base.get("acceleration"))
+    else:
+        for dof, P in table("force", by_dof_names("force", force)).items():
+            choice("degree of freedom of the force", dof, host.places)
+            forces[dof] = number(f"force.{dof}", P)
+    if not all_are(Damper, dampers):
+        raise RequestError(f"dampers = {shown(dampers)} must be a list of Damper")
+    # dampers with a mass come first, as the links of kernels do
+    tuned = [damper.tuned_to(host) for damper in dampers]
+    ordered = tuple(sorted(tuned, key=lambda damper: damper.m is None))
+    check_places(host, ordered)
+    words = string("name", name) or HOST, string("title", title)
+    system = General(host, ordered, MappingProxyType(forces), acceleration, float(omega), *words)
+    component, count = Counter(system.scene.components).most_common(1)[0]
+    if count > 1:
+        raise RequestError(f"{component!r} names two components of states: take another name")
+    return system
 
 
-def refuse_contradiction(names: Collection[str]) -> None:
-    beside = [name for name in CONTACT if name in names]
-    if beside and "K" in names:
-        raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
+def general_from(entry: Mapping[str, Any], name: str = "", *, needs_force: bool = True) -> General:
+    """Return the system of a table `[system]` of kind "host", by default with a `name`."""
+    from nlds_vines.model.host import host_from
+
+    table("system", entry, GENERAL_KEYS)
+    damper_entries, drive = entry.get("dampers", []), entry.get("force")
+    if not isinstance(damper_entries, list):
+        raise RequestError(f"dampers = {shown(damper_entries)} must be tables [[system.dampers]]")
+    dampers = []
+    for place, one in enumerate(damper_entries, start=1):
+        with at(f"[[system.dampers]] {place}"):
+            dampers.append(damper_from(one))
+    if drive is None and needs_force:
+        raise RequestError("force is missing: give [system.force] with omega, and at or base")
+    if drive is None:
+        drive = {"base": {"acceleration": 0.0}, "omega": 1.0}
+    with at("[system.force]"):
+        drive = table("force", drive, FORCE_KEYS)
+        if ("omega" in drive) == ("f" in drive):
+            raise RequestError("one of omega and f must be given")
+        rate = number("f", drive["f"]) * (2 * pi) if "f" in drive else drive["omega"]
+        forced = drive.get("at")
+    used = [end for damper in dampers for end in damper.places if end != GROUND]
+    used += forced if isinstance(forced, Mapping) else []
+    with at("[system.host]"):
+        host = host_from(table("host", entry.get("host", {})), [*dict.fromkeys(used)])
+    words = entry.get("name", name), entry.get("title", "")
+    system = system_from_host(host, dampers, forced, drive.get("base"), rate, *words)
+    sources = dict(table("sources", entry.get("sources", {})))
+    for key, text in sources.items():
+        string(f"sources.{key}", text, lines=True)
+    return replace(system, sources=sources)
 
 
-def refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
-    name = next((name for name in names if name not in scene.allowed), None)
-    if name is None:
-        return
-    if name not in PARAMETERS:
-        raise unknown("parameter", name, (*scene.allowed, *ratios_in(scene)))
-    constant, key = name.removesuffix(SECOND), "law_2" if name.endswith(SECOND) else "law"
-    laws = [law.name for law in LAWS.values() if constant in law.allowed]
-    if laws and (scene.second if key == "law_2" else scene.walls):
-        law: Law | None = scene.law_2 if key == "law_2" else scene.law
-        present = f"{key} {law.name!r}" if law else f"without {key}, kind {scene.kind!r}"
-        raise RequestError(
-            f"{present} has no parameter {name!r} ({PARAMETERS[name].meaning}): {key} = "
-            f"{' or '.join(map(repr, laws))} has it; allowed: {', '.join(scene.allowed)}"
-        )
-    raise RequestError(
-        f"{_named(scene)} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
-        f"allowed: {', '.join(scene.allowed)}"
-    )
-
-
-def _ratios_in(scene: Scene, values: Mapping[str, Any]) -> dict[str, float]:
-    """Return the ratios among `values` whose unit depends on parameters."""
-    ratios = ratios_in(scene).items()
-    return {name: number(name, values[name]) for name, r in ratios if r.needs and name in values}
-
-
-def _merge(
-    scene: Scene,
-    before: Mapping[str, Any],
-    changes: Mapping[str, Any],
-    ratios: Mapping[str, float] = MappingProxyType({}),
-) -> dict[str, Any]:
-    """Merge `changes`, ratios among them, into the parameters `before`, in the scene's order.
-
-    A parameter that was set as one of `ratios` follows from the changed ones.
-    """
-    if isinstance(changes.get("P"), Mapping):  # P = { base_displacement = Y } means that parameter
-        inner = table("P", changes["P"], BASES)
-        if len(inner) != 1:
-            raise RequestError(f"P = {shown(dict(inner))} must have one key, of {', '.join(BASES)}")
-        (name,) = inner
-        if name in changes:
-            raise RequestError(f"{name} stands beside P = {{ {name} = ... }}: give it once")
-        changes = {key: value for key, value in changes.items() if key != "P"} | dict(inner)
-    changes = without_ratios(scene, before, changes, ratios)
-    refuse_foreign(scene, changes)
-    refuse_contradiction(changes)
-    constants = [name for name in CONTACT if name in changes]
-    merged: dict[str, Any] = {**before, **changes}
-    if "K" in changes:
-        merged = {name: value for name, value in merged.items() if name not in CONTACT}
-    elif constants:
-        merged.pop("K", None)
-    drives = [name for name in scene.drives if name in changes]
-    if len(drives) > 1:
-        raise RequestError(f"{drives[0]} beside {drives[1]}: give one of {', '.join(scene.drives)}")
-    if drives:
-        merged = {k: v for k, v in merged.items() if k in drives or k not in scene.drives}
-    names = scene.own_of(merged) + scene.contact(merged)
-    missing = ", ".join(name for name in names if name not in merged)
-    if missing and "K" in before:
-        raise RequestError(
-            f"{', '.join(constants)} given for a system whose K is given: "
-            f"give also {missing}, or K instead"
-        )
-    if missing:
-        if HERTZ in scene.laws and not {*CONTACT}.isdisjoint(missing.split(", ")):
-            missing += f"; K may replace {CONTACT[0]} to {CONTACT[-1]}"
-        raise RequestError(f"parameters of {_named(scene)} are missing: {missing}")
-    return {name: merged[name] for name in names}
-
-
-def system_in_words(system: System | HostSystem) -> str:
-    """Return the title of a system; without one, its kind if its name is that of a file."""
-    is_named = not (system.name == system.kind or system.name.endswith(".toml"))
-    if system.title or is_named:
-        return system.title or system.name
-    if system.kind not in SCENES:
-        return system.heading()
-    names = {kind: re.split("[:,]", scene.meaning)[0] for kind, scene in SCENES.items()}
-    name = names[system.kind]
-    is_ambiguous = list(names.values()).count(name) > 1
-    return name[:1].upper() + name[1:] + (f" ({system.kind})" if is_ambiguous else "")
-
-
-def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
-    varied = {*varied, *meant_by(system.scene, varied), *system.following(varied)}
-    has_law = system.scene.walls and system.kind in SCENES  # each wall of a host has its own
-    law = f" under {system.law}" if has_law else ""
-    values = (
-        f"{name} = {value:g}" for name, value in system.statements.items() if name not in varied
-    )
-    return f"{system.kind}{law}: {', '.join(values)}"
+GENERAL_KEYS = ("kind", "name", "title", "host", "dampers", "force", "sources")
+FORCE_KEYS = ("at", "base", "omega", "f")

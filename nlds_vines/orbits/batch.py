@@ -26,9 +26,9 @@ from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURS
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import Finished, Ground, LaneBuffers, Parts, Span
 from nlds_vines.model.labels import FLAGS, KEPT, flags_of, labels_of
+from nlds_vines.model.presets import cell_type
 from nlds_vines.model.quantities import stored_in
 from nlds_vines.model.scenes import Scene, scene_of
-from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted

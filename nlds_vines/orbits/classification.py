@@ -14,8 +14,9 @@ from nlds_vines.errors import choice, truth, whole
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.catalog import AnySystem, any_system
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
+from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Wanted
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.engine import engine_for
@@ -46,7 +47,7 @@ class Regime(Outlined):
 
     Attributes
     ----------
-    system : System or HostSystem
+    system : System
         The system.
     label : str
         The label of the paper: "T,1", "3T,2", "chaos", "transient chaos to T,0" ...; of a host with
@@ -97,7 +98,7 @@ class Regime(Outlined):
         Largest exponent [1/s] before a late settling, and the half width of its interval.
     """
 
-    system: AnySystem
+    system: System
     label: str
     kind: str
     period: int
@@ -201,7 +202,7 @@ class Regime(Outlined):
 
 
 def classify(
-    system: AnySystem | str | os.PathLike[str],
+    system: System | str | os.PathLike[str],
     *,
     start: Sequence[float] | np.ndarray | None = None,
     transient: int = 600,
@@ -216,7 +217,7 @@ def classify(
 
     Parameters
     ----------
-    system : System, HostSystem, str or path-like
+    system : System, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     start : (4,) array_like, optional
         The state x1, v1, x2, v2 [m, m/s] at t = 0, by default at rest; without a damper x1, v1; of
@@ -361,7 +362,7 @@ class LyapunovSpectrum(Outlined):
 
 
 def lyapunov_spectrum(
-    system: AnySystem,
+    system: System,
     start: Sequence[float] | np.ndarray | None,
     periods: int = PERIODS,
     quiet: bool = False,
@@ -385,7 +386,7 @@ def lyapunov_spectrum(
 
 @stoppable
 def _growth(
-    system: AnySystem,
+    system: System,
     start: Sequence[float] | np.ndarray | None,
     periods: int,
     compilation: Compilation,

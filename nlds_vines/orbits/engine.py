@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.catalog import without_hosts
+from nlds_vines.model.system import General, System
 from nlds_vines.orbits.batch import Outputs, Wanted
 from nlds_vines.orbits.host_engine import HostEngine
 from nlds_vines.orbits.kind_engine import KindEngine
@@ -149,8 +149,8 @@ class Engine(Protocol):
         """
 
 
-def engine_for(system: AnySystem) -> Engine:
+def engine_for(system: System) -> Engine:
     """Return the engine that computes the orbits of a system."""
-    if isinstance(system, HostSystem):
+    if isinstance(system, General):
         return HostEngine(system)
-    return KindEngine(system)
+    return KindEngine(without_hosts(system))

@@ -13,7 +13,7 @@ from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURRENCE
 from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, DIVERGED, OK
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.host_system import HostSystem
+from nlds_vines.model.system import General
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import (
     Outputs,
@@ -39,11 +39,11 @@ MOST_AT_ONCE = 4  # sweeps that a thread takes at a time: one may take longer th
 class HostKernels:
     """The kernels for orbits of a host whose parameters differ from cell to cell.
 
-    Cells are records of parameters (`HostSystem.cells`), starts are in the user's coordinates.
+    Cells are records of parameters (`General.cells`), starts are in the user's coordinates.
     """
 
     def __init__(
-        self, system: HostSystem, wanted: Wanted, tell: Tell | None = None, of: tuple[str, ...] = ()
+        self, system: General, wanted: Wanted, tell: Tell | None = None, of: tuple[str, ...] = ()
     ) -> None:
         self._system, self._wanted, self._tell, self._of = system, wanted, tell, of
         self.records = bool(wanted.want)
@@ -148,6 +148,6 @@ class HostKernels:
         return code, orbits.states(state)
 
 
-def in_cell(system: HostSystem, cell: Any) -> HostSystem:
-    """Return the system of a cell of `HostSystem.cells`."""
+def in_cell(system: General, cell: Any) -> General:
+    """Return the system of a cell of `General.cells`."""
     return system.with_values(cell.dtype.names, cell.tolist())

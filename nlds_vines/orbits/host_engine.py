@@ -12,8 +12,8 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells.host_cycles import trace_host
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import PHASE
+from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import TURN, Wanted, room_for
 from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.host_batch import HostKernels, in_cell
@@ -47,7 +47,7 @@ class HostEngine:
 
     recognizes_cycles = False
 
-    def __init__(self, system: HostSystem) -> None:
+    def __init__(self, system: General) -> None:
         self.system = system
 
     def runner(
@@ -164,7 +164,7 @@ class HostEngine:
 class HostBeginning(NamedTuple):
     """A state from which kernels follow an orbit of a host."""
 
-    system: HostSystem
+    system: General
     settings: Settings
     state: Any  # (components,) at phase zero, as of `simulate`
     is_put_on_walls: bool = False  # whether a state inside a rigid wall is put on it, or refused

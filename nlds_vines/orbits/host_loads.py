@@ -10,8 +10,8 @@ import numpy as np
 from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
 from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
+from nlds_vines.model.system import General
 from nlds_vines.orbits.host_orbits import HostOrbits, Impacts, largest_impulses, response_of
 
 NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
@@ -36,7 +36,7 @@ class LoadedOrbit(NamedTuple):
     records: Any  # `HostRecords`: largest energies and the response of displacements
 
 
-def longest_cell(system: HostSystem, duration: float) -> float:
+def longest_cell(system: General, duration: float) -> float:
     """Return the longest cell of a load on a host [s].
 
     It is `REACH` at the rate of the second slowest motion; the kernels halve it for faster ones.

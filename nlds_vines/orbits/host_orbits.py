@@ -27,8 +27,8 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host import Host, modal_damping
-from nlds_vines.model.host_system import SIDES, HostSystem
-from nlds_vines.model.parameters import CONSTANTS, DAMPING
+from nlds_vines.model.parameters import CONSTANTS, DAMPING, SIDES
+from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import WALLS, Layout
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.records import HOST_IMPACT, NOTED
@@ -55,7 +55,7 @@ _CONSTANTS = np.dtype([(name, float) for name in CONSTANTS])
 class HostOrbits:
     """A host's system as kernels take it, in the coordinates of its modes."""
 
-    def __init__(self, system: HostSystem, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, system: General, tolerance: float = TOLERANCE) -> None:
         host, self.system = system.host, system
         n = len(host.inertia)
         if n > MOST_COORDINATES:
@@ -122,7 +122,7 @@ class HostOrbits:
     def records(self, energy: bool, names: Sequence[str]) -> HostRecords | None:
         """Return empty records of energies and of the response of rows, None if neither is wanted.
 
-        names: as of `HostSystem.displacement`.
+        names: as of `General.displacement`.
         """
         n, system = len(self.modes), self.system
         if not names and not energy:
@@ -341,13 +341,13 @@ def follow_host(
 
 def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
-    system = HostSystem(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
+    system = General(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
     orbits = HostOrbits(system, 1.0)
     span, effort = (Span(0, 3, 1), "quick") if is_judged else (Span(0, 0, 1), "")
     follow_host(orbits, np.zeros(2), span, tell, orbits.records(has_records, ()), effort)
 
 
-def energies_of(records: HostRecords, system: HostSystem) -> tuple[float, np.ndarray]:
+def energies_of(records: HostRecords, system: General) -> tuple[float, np.ndarray]:
     """Return the largest energy of the host and of each damper's mass, 0 without one [J]."""
     largest = iter(records.peaks.tolist())
     host = next(largest)

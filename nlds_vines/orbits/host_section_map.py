@@ -13,8 +13,8 @@ from nlds_vines.kernels.hosts.host_contact import OF_LARGEST, OF_SPEED, OF_TOUCH
 from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import name_of
+from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import room_for
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, rows_of
@@ -42,7 +42,7 @@ class HostSectionMap(SectionMap):
 
     def __init__(
         self,
-        system: HostSystem,
+        system: General,
         names: tuple[str, ...],
         settings: Settings | None = None,
         lengths: Sequence[float] = (),

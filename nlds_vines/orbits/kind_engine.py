@@ -17,7 +17,7 @@ from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.parameters import PHASE
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits import responses, starts
 from nlds_vines.orbits.batch import Kernels, Wanted, at_section, parts_of, room_for, unit_norms
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
@@ -45,7 +45,7 @@ class KindEngine:
 
     recognizes_cycles = True
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Preset) -> None:
         self.system = system
         self._scene = system.scene
 
@@ -148,7 +148,7 @@ class KindEngine:
 class Beginning(NamedTuple):
     """A state from which kernels follow an orbit, with the system and the method."""
 
-    system: System
+    system: Preset
     method: str
     settings: Settings
     cell: Any  # the record of the system
@@ -257,7 +257,7 @@ def room_for_impacts(capacity: int) -> Impacts:
 
 
 def start_state(
-    system: System, rest: float, start: Sequence[float] | np.ndarray | None
+    system: Preset, rest: float, start: Sequence[float] | np.ndarray | None
 ) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
     state = np.zeros(STATE_SIZE)

@@ -19,8 +19,8 @@ from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
+from nlds_vines.model.presets import cell_type
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.batch import parts_of
 from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kind_engine import room_for_impacts

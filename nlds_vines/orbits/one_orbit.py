@@ -11,8 +11,7 @@ import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, library
-from nlds_vines.model.catalog import AnySystem, without_hosts
-from nlds_vines.orbits import responses
+from nlds_vines.model.system import System
 from nlds_vines.orbits.records import STATUS, Violation
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class IntegrationError(RuntimeError):
     code: int
 
     @classmethod
-    def of(cls, system: AnySystem, code: int) -> IntegrationError:
+    def of(cls, system: System, code: int) -> IntegrationError:
         """Return the error of a system's orbit with a status."""
         error = cls(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
         error.code = code
@@ -45,7 +44,7 @@ class Orbit(Outlined):
 
     Attributes
     ----------
-    system : System or HostSystem
+    system : System
         The system.
     state : (components,) ndarray
         The last state x1, v1, x2, v2 [m, m/s]; without a damper x1, v1 (or x, v); of a host its
@@ -178,27 +177,27 @@ class Orbit(Outlined):
             Columns `time` [s] from the start of the transient; the state x1, v1, x2, v2 [m, m/s];
             `phase` of the force [rad], omega t in [0, 2 pi); `force` P cos(omega t) [N]; and the
             contact force [N] of each wall, equations (2) and (3), positive in the direction of x2:
-            `contact`, or `contact_near` and `contact_far`.  Units are in `attrs`.
+            `contact`, or `contact_near` and `contact_far`.  Of a host, its components, each
+            `force.roof` and the contact force `cell.force` on each damper.  Units are in `attrs`.
 
         Raises
         ------
         RequestError
-            If there is no trajectory, or no pandas, and for a host.
+            If there is no trajectory, or no pandas.
         """
         if self.trajectory is None or self.time is None:
             raise RequestError("no trajectory: simulate the orbit with 'trajectory' in record")
-        system = without_hosts(self.system)
+        system = self.system
         names = system.scene.components
         columns = dict(zip(names, self.trajectory.T, strict=True))
         turns = self.time * (system.parameters["omega"] / (2.0 * np.pi))
-        phase, force = 2.0 * np.pi * (turns % 1.0), responses.harmonic_force(system, self.time)
-        contacts = responses.contact_forces(system, self.trajectory)
-        walls = ("contact_near", "contact_far") if len(contacts) == 2 else ("contact",)
-        by_wall = dict(zip(walls, contacts.values(), strict=False))
+        phase = 2.0 * np.pi * (turns % 1.0)
+        forces = system.harmonic_forces(self.time) | system.contact_columns(self.trajectory)
         frame = library("pandas").DataFrame(
-            {"time": self.time, **columns, "phase": phase, "force": force, **by_wall}
+            {"time": self.time, **columns, "phase": phase, **forces}
         )
-        units = {name: "m/s" if name.startswith("v") else "m" for name in names}
-        units |= {"time": "s", "phase": "rad", **dict.fromkeys(("force", *by_wall), "N")}
+        units = {"time": "s", "phase": "rad", **dict.fromkeys(forces, "N")}
+        for i, name in enumerate(names):
+            units[name] = "m/s" if i % 2 else "m"
         frame.attrs = {"title": system.heading(), "units": units}
         return frame

@@ -18,7 +18,7 @@ from nlds_vines.kernels.scene.codes import (
     TOO_STIFF,
 )
 from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, stored_in
-from nlds_vines.model.scenes import LONGEST_NAME, Scene
+from nlds_vines.model.scenes import HOST, LONGEST_NAME, Scene
 
 WANTS = RECORDS  # the words that `[record] want` accepts
 
@@ -104,6 +104,11 @@ HOST_IMPACT = np.dtype(
 )
 """A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
 approach speed [m/s]; largest force [N]; depth [m]."""
+
+
+def impact_type(scene: Scene) -> np.dtype:
+    """Return the type of the rows of `Orbit.impacts`."""
+    return HOST_IMPACT if scene.kind == HOST else IMPACT
 
 
 class Violation(NamedTuple):

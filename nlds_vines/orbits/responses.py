@@ -12,12 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.linear_response import alone, foot_amplitude
-from nlds_vines.model.parameters import Law
 from nlds_vines.model.quantities import Quantity, stored_in
-from nlds_vines.model.scenes import Scene, Values
-from nlds_vines.model.system import System
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import General, Preset
 
 # distance from a rigid stop, relative to the stop's, within which a displacement is at it
 AT_STOP = 1.0e-12
@@ -36,7 +34,7 @@ OF_ROWS: Mapping[str, str] = {"x_max": "m", "x_rms": "m", "a_max": "m/s^2"}
 largest absolute acceleration."""
 
 
-def host_objectives(system: HostSystem, name: str) -> dict[str, str]:
+def host_objectives(system: General, name: str) -> dict[str, str]:
     """Return the objectives of a host's tuning: energies, and quantities of the row in a `name`."""
     row = name.rpartition(".")[0]
     rows = (row,) if row else system.host.dofs
@@ -85,60 +83,9 @@ def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, 
     return arrays
 
 
-def values_of(filled: np.ndarray, system: System) -> Mapping[str, Any]:
+def values_of(filled: np.ndarray, system: Preset) -> Mapping[str, Any]:
     """Return the response of one orbit by name: numbers, or arrays (2,) for two walls."""
     arrays = arrays_of(filled[np.newaxis], system.scene, np.atleast_1d(system.cells()))
     return MappingProxyType(
         {name: float(a[0]) if a.ndim == 1 else a[0] for name, a in arrays.items()}
     )
-
-
-# ---- along an orbit, from states (count, components) ----
-
-
-def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
-    return states[:, 2] - states[:, 0]
-
-
-def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the contact force on the damper [N] at each wall, by the name of the struck body.
-
-    It is that of the law if the approach z > 0, F = K z^1.5 for Hertz (equations (2) and (3)),
-    otherwise 0; positive toward +x2, as at the wall of an SSul.  The structure feels the opposite.
-    """
-    scene, p = system.scene, system.parameters
-    if not scene.forces:
-        return {}
-    shortening, rate = states[:, 0], states[:, 1]
-    if system.rest is not None:
-        shortening = system.rest - relative_displacement(system, states)
-        rate = states[:, 1] - states[:, 3]
-    by_wall = {}
-    for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
-        law = scene.law_at(wall)
-        if gap is not None and not law.instant:
-            place = sign, gap(p)
-            by_wall[scene.struck[wall]] = wall_force(
-                law, system.contact(wall), place, shortening, rate
-            )
-    return by_wall
-
-
-def wall_force(
-    law: Law, constants: Values, wall: tuple[float, float], r: np.ndarray, rate: np.ndarray
-) -> np.ndarray:
-    """Return the force [N] of a wall on a damper, positive toward +x2.
-
-    wall: 1 if it is touched at r = gap, -1 if at -r = gap, and the gap [m]; r and its rate: the
-    shortening of the spring [m, m/s].  Under a law whose impacts take no time the force is 0.
-    """
-    sign, gap = wall
-    depth = np.maximum(sign * r - gap, 0.0)
-    if law.force is None:
-        return np.zeros(len(r))
-    return sign * np.where(depth > 0.0, law.force(constants, depth, sign * rate), 0.0)
-
-
-def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
-    """Return the force P cos(omega t) on the structure [N] at times t [s]."""
-    return system.force * np.cos(system.parameters["omega"] * time)

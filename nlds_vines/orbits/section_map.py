@@ -105,7 +105,7 @@ class Variations(NamedTuple):
 class SectionMap:
     """The n-fold stroboscopic map, of which nT orbits are fixed points."""
 
-    system: Any  # a `System`; a `HostSystem` in a `HostSectionMap`
+    system: Any  # a `System`; a `General` in a `HostSectionMap`
     scene: Any
 
     def __init__(

@@ -9,11 +9,11 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, checked_names, choice, shown, truth, unknown, whole
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS
-from nlds_vines.model.catalog import AnySystem, any_system
+from nlds_vines.model.catalog import any_system
+from nlds_vines.model.system import System
 from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.one_orbit import Orbit
 from nlds_vines.orbits.records import SIMULATED, refuse_impossible
-from nlds_vines.orbits.signals import signal_of
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.runs import progress
@@ -24,7 +24,7 @@ SAMPLES = 512  # states of a trajectory in each forcing period, by default
 
 
 def simulate(
-    system: AnySystem | str | os.PathLike[str],
+    system: System | str | os.PathLike[str],
     periods: int,
     *,
     start: Sequence[float] | np.ndarray | None = None,
@@ -44,7 +44,7 @@ def simulate(
 
     Parameters
     ----------
-    system : System, HostSystem, str or path-like
+    system : System, str or path-like
         A system, its name in the catalog, or the path of a TOML file.
     periods : int
         Number of forcing periods to record, >= 0.
@@ -175,14 +175,14 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     """
     if not hasattr(orbit, "trajectory"):
         raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
-    chosen = signal_of(orbit.system, signal)
+    chosen = orbit.system.signal(signal)
     if orbit.trajectory is None or orbit.time is None:
         raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")
     if len(orbit.time) < 2:
         raise RequestError("a trajectory of one state has no spectrum: record more periods")
     step = (orbit.time[-1] - orbit.time[0]) / (len(orbit.time) - 1)
     return spectrum_of(
-        chosen.of(orbit.system, orbit.trajectory),
+        chosen.of(orbit.trajectory),
         round(orbit.system.period / step),
         orbit.system.parameters["omega"],
         window=window,
@@ -191,7 +191,7 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     )
 
 
-def checked_record(system: AnySystem, record: Collection[str] | None) -> tuple[str, ...]:
+def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
     """Return the records of an orbit, by default the section and, if there are walls, impacts."""
     scene = system.scene
     if record is None:

@@ -13,7 +13,7 @@ from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, checked_words, choice, number, whole
 from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.signals import SIGNALS
+from nlds_vines.model.signals import SIGNALS
 
 TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
 """The window functions, with the bins to either side of its own that a line on a bin fills.  One

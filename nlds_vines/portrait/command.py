@@ -23,8 +23,8 @@ from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
 from nlds_vines.errors import RequestError, shown, table, whole
-from nlds_vines.model.catalog import AnySystem
 from nlds_vines.model.setting import settings_of
+from nlds_vines.model.system import System
 from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.portrait.request import (
     PANELS,
@@ -65,7 +65,7 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 
 
 def orbit_portrait(
-    source: PortraitRequest | AnySystem | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
@@ -76,7 +76,7 @@ def orbit_portrait(
 
     Parameters
     ----------
-    source : System, HostSystem, str, path-like, mapping or PortraitRequest, optional
+    source : System, str, path-like, mapping or PortraitRequest, optional
         A system or its name; the path of a request file (.toml) or its content; or the path of a
         scan's archive (.h5), with `at` and `start` among the options.  By default SSul NES Set 6.
     to : path-like, optional

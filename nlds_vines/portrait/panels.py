@@ -1,10 +1,10 @@
-"""The panels of a portrait: how each kind is drawn, of kinds and of hosts."""
+"""The panels of a portrait: how each word of `PANELS` is drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from math import ceil
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import matplotlib
@@ -15,11 +15,9 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from nlds_vines.model.host_system import Damper, HostSystem
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ
-from nlds_vines.orbits.responses import contact_forces, harmonic_force
-from nlds_vines.orbits.signals import displaced, has_force, signal_of
+from nlds_vines.model.signals import Motion, displaced
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.page import add_legend, size_of
@@ -28,8 +26,7 @@ from nlds_vines.portrait.request import (
     EXPONENTS,
     PLANES,
     PortraitRequest,
-    along_ground,
-    displacements_of,
+    motions_in,
     word_of,
 )
 from nlds_vines.portrait.result import View
@@ -67,6 +64,7 @@ OF_SECTIONS = {*OVER_TIME, "section", "section1", "impact-section"} - {"force"}
 # of a host: colors of its displacements, and of its dampers; signs of the walls by side
 _OF_DISPLACEMENTS = (STRUCTURE, GREEN, HUES["sky"], HUES["orange"], HUES["pink"])
 _OF_DAMPERS = (DAMPER, HUES["blue"], HUES["orange"], GREEN, HUES["pink"], HUES["sky"])
+_DASHES = ((0, (3, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))  # of harmonic forces
 _SIGNS, _MARKERS = {"+": "$+$", "-": "$-$"}, {"+": "o", "-": "^"}
 
 _IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}  # the raster engine draws long paths so
@@ -137,96 +135,130 @@ def draw_panel(place: Place, request: PortraitRequest) -> None:
     _PANELS[place.word](place, request)
 
 
+class Line(NamedTuple):
+    """Values over time in a panel, with color, label and what else its look is."""
+
+    values: np.ndarray
+    color: str
+    label: str
+    look: Mapping[str, Any] = MappingProxyType({})
+
+
 def _over_time(place: Place, request: PortraitRequest) -> None:
     """Draw values over the time that is shown; without samples in between as dots."""
-    view, axes, system, word = place.view, place.axes, place.system, place.word
-    count, is_host = request.show * view.samples, isinstance(system, HostSystem)
-    time, states = view.time[:count], view.states[:count]
+    view, axes, system = place.view, place.axes, place.system
+    count = request.show * view.samples
+    time = view.time[:count]
+    states = view.states[:count]
     across = time / system.period
-    usual = {"linewidth": _LINE} if view.samples > 1 else {**DOT, "markersize": _SMALL}
-
-    def draw(values: np.ndarray, color: str, label: str, **look: Any) -> None:
-        axes.plot(across, values, **{**usual, "color": color, "label": label, **look})
-
-    for name, color, label in _signals_over_time(place, request):
-        values = signal_of(system, name).of(system, states)
-        draw(1e-3 * values if word == "force" else values, color, label)
-    match word:
-        case "displacement" | "velocity":
-            axes.set_ylabel("displacement [m]" if word == "displacement" else "velocity [m/s]")
-            for name, u in _boundaries(place).items() if word == "displacement" else ():
-                look = {"label": _words(name), **BOUNDARIES[name]}
-                if place.scene.grounded:
-                    axes.axhline(u, **look)
-                elif name != "structure" and view.samples > 1:  # the structure is drawn as a body
-                    axes.plot(across, states[:, 0] + u, **look)
+    look: dict[str, Any] = {"linewidth": _LINE}
+    if view.samples == 1:
+        look = {**DOT, "markersize": _SMALL}
+    for line in _lines_over_time(place, request, time, states):
+        own = {"color": line.color, "label": line.label, **line.look}
+        axes.plot(across, line.values, **{**look, **own})
+    match place.word:
+        case "displacement":
+            axes.set_ylabel("displacement [m]")
+            _draw_moving_walls(place, request, across, states)
+        case "velocity":
+            axes.set_ylabel("velocity [m/s]")
         case "relative":
-            damper = f"$r$ of {typeset(_damper_of(place).name)}" if is_host else "$x_2-x_1$"
-            axes.set_ylabel(f"{damper} [m]")
-            for name, r in _boundaries(place).items():
-                axes.axhline(r, label=_words(name), **BOUNDARIES[name])
-            if is_host:
-                own = view.contacts[view.contacts["damper"] == _damper_of(place).name]
-                places = [_boundaries(place)[side] for side in own["wall"].tolist()]
-                look = {"color": OBSTACLE, "markersize": _LARGE, "zorder": 5}
-                axes.plot(own["touch"] / system.period, places, label="touch", **look, **DOT)
+            _label_and_walls(place, request)
         case "force":
-            axes.set_ylabel("contact force [kN]" if is_host else "force [kN]")
-            if not is_host:
-                harmonic, dashed = harmonic_force(system, time), (0, (3, 1.5))
-                draw(harmonic / 1000, FORCE, r"$P\,\cos\,\omega t$", linestyle=dashed)
-                forces = contact_forces(system, states)
-                for name, values in forces.items():
-                    label = _words(name) if len(forces) > 1 else "contact"
-                    draw(values / 1000, **{**BOUNDARIES[name], "label": label})
+            axes.set_ylabel("force [kN]")
         case bodies:
             body = bodies.removeprefix("energy")
             axes.set_ylabel(f"$E_{body}$ [J]" if body else "energy [J]")
             axes.set_ylim(bottom=0)
 
 
-def _signals_over_time(place: Place, request: PortraitRequest) -> list[tuple[str, str, str]]:
-    """Return name, color and label of each signal of a panel over time."""
-    system, scene, k = place.system, place.scene, int(place.word == "velocity")
-
-    def of(owner: str, key: str, label: str) -> tuple[str, str, str]:
-        return f"{owner}.{key}", _color_of(place, owner, request), label
-
-    if isinstance(system, HostSystem):
-        match place.word:
-            case "displacement" | "velocity":
-                names = displacements_of(system, request.of)
-                return [of(name, "xv"[k], typeset(name)) for name in names]
-            case "relative":
-                return [of(_damper_of(place).name, "stroke", "$r$")]
-            case "force":
-                dampers = [damper.name for damper in system.dampers if has_force(damper)]
-                return [of(name, "force", typeset(name)) for name in dampers]
-        masses = [damper.name for damper in system.masses]
-        labels = [f" of {typeset(name)}" * (len(masses) > 1) for name in masses]
-        pairs = zip(masses, labels, strict=True)
-        energies = [of(name, "E2", f"$E_2${label}") for name, label in pairs]
-    else:
-        match place.word:
-            case "displacement" | "velocity":
-                names, symbol = scene.components[k::2], ("x", r"\dot{x}")[k]
-                labels = [f"${symbol}{'_' * (len(name) > 1)}{name[1:]}$" for name in names]
-                return [*zip(names, (STRUCTURE, DAMPER), labels, strict=False)]
-            case "relative":
-                return [("u", DAMPER, "$x_2-x_1$")]
-            case "force":
-                return []
-        energies = [("E2", ENERGY, "$E_2$")] * scene.damper
-    own = [("E1", GREEN, "$E_1$")]
-    return own * (place.word != "energy2") + energies * (place.word != "energy1")
+def _lines_over_time(
+    place: Place, request: PortraitRequest, time: np.ndarray, states: np.ndarray
+) -> list[Line]:
+    """Return the lines of a panel over time, without the walls."""
+    match place.word:
+        case "displacement" | "velocity":
+            part = int(place.word == "velocity")
+            lines = []
+            for motion in motions_in(place.word, place.system, request.of):
+                label = typeset(motion.owner) or f"${motion.symbols[part]}$"
+                color = _color_of(place, motion.body, request)
+                lines.append(Line(motion.of(states, part), color, label))
+            return lines
+        case "relative":
+            (motion,) = _motions(place, request)
+            color = _color_of(place, motion.body, request)
+            return [Line(motion.of(states), color, f"${motion.symbols[0]}$")]
+        case "force":
+            return _forces(place, request, time, states)
+        case _:
+            return _energies(place, request, states)
 
 
-def _boundaries(place: Place) -> Mapping[str, float]:
-    """Return the places x2 - x1 [m] of the walls and of the limit, of a host r, by name."""
-    if isinstance(place.system, HostSystem):
-        walls = _damper_of(place).walls if place.word in ("relative", "phase2") else ()
-        return {wall.side: SIDES[wall.side] * wall.gap for wall in walls}
-    return {name: float(u) for name, u in place.scene.obstacle(place.system.parameters).items()}
+def _energies(place: Place, request: PortraitRequest, states: np.ndarray) -> list[Line]:
+    """Return the energies: of the structure green, of the only damper blue."""
+    (of_structure, _), *of_dampers = place.system.energy_signals.items()
+    lines = []
+    if place.word != "energy2":
+        values = place.system.signal(of_structure).of(states)
+        lines.append(Line(values, GREEN, "$E_1$"))
+    if place.word != "energy1":
+        for name, body in of_dampers:
+            signal = place.system.signal(name)
+            several = len(of_dampers) > 1
+            color = _color_of(place, body, request) if several else ENERGY
+            label = f"$E_2$ of {typeset(body)}" if several else "$E_2$"
+            lines.append(Line(signal.of(states), color, label))
+    return lines
+
+
+def _forces(
+    place: Place, request: PortraitRequest, time: np.ndarray, states: np.ndarray
+) -> list[Line]:
+    """Return the harmonic forces, dashed, and the contact forces, all in kN."""
+    lines = []
+    harmonic = place.system.harmonic_forces(time)
+    for i, (name, values) in enumerate(harmonic.items()):
+        label = r"$P\,\cos\,\omega t$" if len(harmonic) == 1 else typeset(name)
+        dashes = {"linestyle": _DASHES[i % len(_DASHES)]}
+        lines.append(Line(values / 1000, FORCE, label, dashes))
+    contacts = place.system.contact_forces(states)
+    for name, values in contacts.items():
+        if name in place.system.damper_names:
+            line = Line(values / 1000, _color_of(place, name, request), typeset(name))
+        else:
+            label = _words(name) if len(contacts) > 1 else "contact"
+            line = Line(values / 1000, OBSTACLE, label, BOUNDARIES[name])
+        lines.append(line)
+    return lines
+
+
+def _draw_moving_walls(
+    place: Place, request: PortraitRequest, across: np.ndarray, states: np.ndarray
+) -> None:
+    """Draw the walls that displacements reach; walls on another body move with it."""
+    for motion in motions_in("displacement", place.system, request.of):
+        for name, u in motion.walls.items():
+            look: dict[str, Any] = {"label": _words(name), **BOUNDARIES[name]}
+            if motion.carrier is None:
+                place.axes.axhline(u, **look)
+            elif name != "structure" and place.view.samples > 1:  # which is drawn as a body
+                place.axes.plot(across, displaced(motion.carrier, states, 0) + u, **look)
+
+
+def _label_and_walls(place: Place, request: PortraitRequest) -> None:
+    """Label the displacement along a spring, and draw the walls and, if it has any, touches."""
+    axes, (motion,) = place.axes, _motions(place, request)
+    axes.set_ylabel(f"{_label_of(motion, 0)} [m]")
+    for name, r in motion.walls.items():
+        axes.axhline(r, label=_words(name), **BOUNDARIES[name])
+    if motion.shows_touches:
+        contacts = place.view.contacts
+        own = contacts[contacts["damper"] == motion.body]
+        places = [motion.walls[wall] for wall in own["wall"].tolist()]
+        look: dict[str, Any] = {"color": OBSTACLE, "markersize": _LARGE, "zorder": 5}
+        axes.plot(own["touch"] / place.system.period, places, label="touch", **look, **DOT)
 
 
 def _words(boundary: str) -> str:
@@ -234,35 +266,25 @@ def _words(boundary: str) -> str:
     return words.get(boundary, boundary)
 
 
-class Motion(NamedTuple):
-    """A displacement and its rate, the coordinates of a phase plane."""
+def _motions(place: Place, request: PortraitRequest) -> Sequence[Motion]:
+    """Return the motions of a panel: that of the body which its name has, the first if it has none.
 
-    of: Callable[[np.ndarray], np.ndarray]  # (count, 2) of states
-    color: str
-    word: str
-    symbols: tuple[str, str]  # in LaTeX, of both
-
-
-def _motions(place: Place, request: PortraitRequest) -> list[Motion]:
-    system, word = place.system, place.word
-    if isinstance(system, HostSystem):
-        return [_motion_of_host(place, system, request)]
-    scene = place.scene
-    bodies = [0] if word in ("phase", "phase1", "section1") or not scene.damper else []
-    bodies += [1] if word in ("phase", "phase2", "section") and scene.damper else []
-    motions = []
-    for body in bodies:
-        color, name = (DAMPER, "damper") if body else (STRUCTURE, "structure")
-        if not body and scene.grounded:
-            name = scene.body
-        index = "_2" if body else "_1" if "x1" in scene.components else ""
-        symbols = f"$x{index}$", rf"$\dot{{x}}{index}$"
-        motions.append(Motion(partial(_body, body), color, name, symbols))
-    return motions
+    The plane of all bodies has them all.
+    """
+    motions = motions_in(place.word, place.system, request.of)
+    if place.word == "phase":
+        return motions
+    owner = place.panel.partition(":")[2]
+    return [next((one for one in motions if one.body == owner), motions[0])]
 
 
-def _body(body: int, states: np.ndarray) -> np.ndarray:
-    return states[:, 2 * body : 2 * body + 2]
+def _label_of(motion: Motion, part: int) -> str:
+    """Return the symbol of a displacement or, with `part` 1, of its rate, with its owner."""
+    return _with_owner(f"${motion.symbols[part]}$", motion.owner)
+
+
+def _with_owner(symbol: str, owner: str) -> str:
+    return f"{symbol} of {typeset(owner)}" if owner else symbol
 
 
 def _plane(place: Place, request: PortraitRequest) -> None:
@@ -278,27 +300,33 @@ def _plane(place: Place, request: PortraitRequest) -> None:
     width, alpha = (0.25, 0.6) if is_long else (_LINE if len(states) < MOST_THICK else 0.4, 1.0)
     for motion in motions:
         with matplotlib.rc_context(_IN_PIECES):
+            color = _color_of(place, motion.body, request)
             axes.plot(
-                *motion.of(states).T, color=motion.color, linewidth=width,
-                alpha=alpha, rasterized=is_long, label=motion.word,
+                motion.of(states), motion.of(states, 1), color=color, linewidth=width,
+                alpha=alpha, rasterized=is_long, label=typeset(motion.body),
             )  # fmt: skip
     look: dict[str, Any] = {}
     if not 0 < view.period <= LONGEST_PLAIN:
         look = {"linewidth": 0.25, "alpha": 0.35, "zorder": 1}
-    for name, u in _boundaries(place).items():
-        if place.scene.grounded or isinstance(place.system, HostSystem):
-            axes.axvline(u, label=_words(name), **BOUNDARIES[name])
-        elif place.word != "phase1":
+    for motion in motions:
+        for name, u in motion.walls.items():
+            if motion.carrier is None:
+                axes.axvline(u, label=_words(name), **BOUNDARIES[name])
+                continue
+            places = displaced(motion.carrier, states, 0) + u
             with matplotlib.rc_context(_IN_PIECES):
                 axes.plot(
-                    states[:, 0] + u, states[:, 1], label=_words(name),
+                    places, displaced(motion.carrier, states, 1), label=_words(name),
                     **{**BOUNDARIES[name], **look, "rasterized": is_long},
                 )  # fmt: skip
     n = view.period
     size = _LARGE if 0 < n < _FEW else _SMALL
     for motion in motions:
-        points = motion.of(view.section[-n:]).T  # all where n is 0
-        axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
+        last = view.section[-n:]  # all where n is 0
+        axes.plot(
+            motion.of(last), motion.of(last, 1), color=SECTION, markersize=size, zorder=5,
+            label="$t=nT$", **DOT,
+        )  # fmt: skip
     if place.word == "phase":
         axes.set_xlabel("displacement [m]")
         axes.set_ylabel("velocity [m/s]")
@@ -307,9 +335,8 @@ def _plane(place: Place, request: PortraitRequest) -> None:
 
 
 def _label_plane(axes: Axes, motion: Motion) -> None:
-    x, v = motion.symbols
-    axes.set_xlabel(f"{x} [m]")
-    axes.set_ylabel(f"{v} [m/s]")
+    axes.set_xlabel(f"{_label_of(motion, 0)} [m]")
+    axes.set_ylabel(f"{_label_of(motion, 1)} [m/s]")
     axes.xaxis.set_major_locator(_ticks(min(6, int(size_of(axes)[0] / _NUMBER))))
 
 
@@ -327,7 +354,8 @@ def _section(place: Place, request: PortraitRequest) -> None:
     """Draw the stroboscopic section of the damper or the structure at the phase in the request."""
     view, (motion,) = place.view, _motions(place, request)
     sample = round(request.section_phase * view.samples) % view.samples
-    points = motion.of(view.section_at(sample)[-view.period :])  # all where it is 0
+    section = view.section_at(sample)[-view.period :]  # all where it is 0
+    points = np.column_stack([motion.of(section), motion.of(section, 1)])
     label = rf"$\phi={sample / view.samples:.3g}$" if sample else "$t=nT$"  # phi in turns
     _scatter(place.axes, points, SECTION, label)
     place.axes.margins(0.06)
@@ -415,16 +443,8 @@ def _draw_spectrum(place: Place, request: PortraitRequest) -> None:
 
 def _symbol(place: Place, spectrum: Spectrum) -> str:
     """Return the modulus of a spectrum's quantity in LaTeX, with the owner's name."""
-    name = spectrum.quantity
-    if isinstance(place.system, HostSystem):
-        owner, _, key = name.rpartition(".")
-        owner, key = (owner, key) if owner else ("", name) if name == "E1" else (name, "x")
-        symbol = {"v": r"\dot{x}", "stroke": "r", "force": "F", "E1": "E_1", "E2": "E_2"}.get(
-            key, key
-        )
-        return f"$|{symbol}|$" + (f" of {typeset(owner)}" if owner else "")
-    plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
-    return f"$|{ {'force': 'F', 'u': 'x_2-x_1'}.get(name, plain) }|$"
+    signal = place.system.signal(spectrum.quantity)
+    return _with_owner(f"$|{signal.symbol}|$", signal.owner)
 
 
 def limit_spectra(row: Sequence[Place]) -> None:
@@ -471,36 +491,14 @@ INSTANTS = 8  # of a period, whose shapes of a host are drawn
 _MOST_NAMES = 12  # degrees of freedom of a host whose names stand beside its shape
 
 
-def _damper_of(place: Place) -> Damper:
-    """Return the damper that a panel is of, the first if it names none."""
-    dampers = place.system.dampers
-    owner = place.panel.partition(":")[2]
-    return next((one for one in dampers if one.name == owner), dampers[0])
-
-
-def _color_of(place: Place, name: str, request: PortraitRequest) -> str:
-    dampers = [damper.name for damper in place.system.dampers]
-    if name in dampers:
-        return _OF_DAMPERS[dampers.index(name) % len(_OF_DAMPERS)]
-    names = [name for name in displacements_of(place.system, request.of) if name not in dampers]
-    return _OF_DISPLACEMENTS[names.index(name) % len(_OF_DISPLACEMENTS)]
-
-
-def _motion_of_host(place: Place, system: HostSystem, request: PortraitRequest) -> Motion:
-    if place.word in ("phase2", "section") and system.dampers:
-        damper = _damper_of(place)
-        name, symbols, word = damper.stroke, ("$r$", r"$\dot{r}$"), damper.name
-    else:
-        name = word = place.panel.partition(":")[2] or displacements_of(system, request.of)[0]
-        symbols = "$x$", r"$\dot{x}$"
-    row, _ = system.displacement(name)
-    x, v = (f"{symbol} of {typeset(word)}" for symbol in symbols)
-    color = _color_of(place, word, request)
-
-    def path(states: np.ndarray) -> np.ndarray:
-        return np.column_stack([displaced(row, states, part) for part in (0, 1)])
-
-    return Motion(path, color, typeset(word), (x, v))
+def _color_of(place: Place, body: str, request: PortraitRequest) -> str:
+    """Return the color of a body: of a damper by its number, else by that of the displacement."""
+    dampers = place.system.damper_names
+    if body in dampers:
+        return _OF_DAMPERS[dampers.index(body) % len(_OF_DAMPERS)]
+    bodies = [one.body for one in place.system.motions(request.of).bodies]
+    names = [name for name in bodies if name not in dampers]
+    return _OF_DISPLACEMENTS[names.index(body) % len(_OF_DISPLACEMENTS)]
 
 
 def _shape(place: Place, request: PortraitRequest) -> None:
@@ -509,7 +507,7 @@ def _shape(place: Place, request: PortraitRequest) -> None:
     The degrees of freedom are those that the ground moves: no rotations of a beam.
     """
     view, axes, system = place.view, place.axes, place.system
-    dofs = along_ground(system)
+    dofs = system.chain
     states = view.states[-min(view.cycle, MOST_PHASE_PERIODS) * view.samples :]
     levels, step = np.arange(len(dofs)), 0.05 * (len(dofs) - 1)
     paths = np.stack([displaced(system.displacement(dof)[0], states, 0) for dof in dofs])
@@ -540,17 +538,15 @@ def _shape(place: Place, request: PortraitRequest) -> None:
 
 def _colors_of_walls(place: Place) -> dict[str, tuple[str, str, str]]:
     """Return color, words and marker of the touches at each wall, by its name."""
-    if not isinstance(place.system, HostSystem):
-        return {name: (BOUNDARIES[name]["color"], _words(name), "o") for name in BOUNDARIES}
-    dampers = [damper.name for damper in place.system.dampers]
-    return {
-        f"{name}{side}": (
-            _OF_DAMPERS[dampers.index(name) % len(_OF_DAMPERS)],
-            f"{typeset(name)} {_SIGNS[side]}",
-            _MARKERS[side],
-        )
-        for name, side in place.scene.of_walls
-    }
+    dampers = place.system.damper_names
+    looks = {}
+    for word, (damper, wall) in place.scene.dampers_and_walls.items():
+        if damper:
+            color = _OF_DAMPERS[dampers.index(damper) % len(_OF_DAMPERS)]
+            looks[word] = color, f"{typeset(damper)} {_SIGNS[wall]}", _MARKERS[wall]
+        else:
+            looks[word] = BOUNDARIES[wall]["color"], _words(wall), "o"
+    return looks
 
 
 _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {

@@ -25,8 +25,6 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import PLACE, HostSystem
 from nlds_vines.model.parameters import flat, setting_in_words
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.setting import (
@@ -43,8 +41,8 @@ from nlds_vines.model.setting import (
     is_given,
     setting,
 )
-from nlds_vines.model.system import System, system_in_words
-from nlds_vines.orbits.signals import has_force, signal_of
+from nlds_vines.model.signals import Motion
+from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import starts_inside
@@ -80,12 +78,8 @@ USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "sha
 
 # the panels that are planes, two of them side by side
 PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section", "shape")
-_OF_DAMPER = ("relative", "energy2", "phase2", "section1")
-_OF_WALLS = ("impact-section",)
-_OF_KINDS = ("phase",)
-# the panels of a host that it has for each displacement, and for each damper: `relative:cell1`
-_FOR_DISPLACEMENTS = ("phase1", "section1")
-_FOR_DAMPERS = ("relative", "phase2", "section")
+_BY_OWNER = ("relative", "phase1", "phase2", "section", "section1")
+"""The panels that a host has for each displacement, or for each damper: `relative:cell1`."""
 
 SYSTEM, SAMPLES, SHOW = "ssul-set6", 1024, 12
 """What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
@@ -126,7 +120,7 @@ class Window(NamedTuple):
 class Column:
     """A column of a page, which fills some `panels`, or all if none is named."""
 
-    system: Any  # AnySystem
+    system: Any  # System
     window: Window
     name: str = ""
     panels: tuple[str, ...] = ()
@@ -201,8 +195,7 @@ class PortraitRequest(Request):
         systems = [column.system for column in self.columns]
         for system in systems:
             choice("method", self.method, system.scene.methods)
-            if self.of and not isinstance(system, HostSystem):
-                raise RequestError(f"of = {shown(list(self.of))} is for displacements of a host")
+            system.shown(self.of)
         words = (*self.panels, *map(word_of, self.panels))
         for panel in [panel for column in self.columns for panel in column.panels]:
             choice("panel of a column", panel, words)
@@ -218,23 +211,15 @@ class PortraitRequest(Request):
             )
         object.__setattr__(self, "panels", tuple(dict.fromkeys(possible)))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        usual, *others = (
-            displacements_of(system, self.of)
-            if isinstance(system, HostSystem)
-            else system.scene.components[-2:-1]
-            for system in systems
-        )
-        if not isinstance(systems[0], HostSystem) and any(other != usual for other in others):
-            usual = ("x1",)
-        object.__setattr__(self, "signal", self.signal or usual)
+        object.__setattr__(self, "signal", self.signal or _common_signals(systems, self.of))
         for system in systems:
             components = system.scene.components
             for name in self.signal:
-                signal_of(system, name)
+                system.signal(name)
             if self.start is not None and len(self.start) != len(components):
                 names = ", ".join(components)
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
-            for name, place in _places(system).items():
+            for name, place in system.places.items():
                 if abs(place) > LARGEST:
                     raise RequestError(
                         f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
@@ -295,7 +280,7 @@ class PortraitRequest(Request):
                     "window": list(column.window),
                     **({"panels": list(column.panels)} if column.panels else {}),
                     **({} if self.is_of_one_kind else {"system": column.system.to_table()}),
-                    "set": _differences(system, column.system),
+                    "set": column.system.changes_from(system),
                 }
                 for column in self.columns
             ],
@@ -305,16 +290,7 @@ class PortraitRequest(Request):
     def is_of_one_kind(self) -> bool:
         """Whether the systems of the columns differ in nothing but what `[set]` changes."""
         first, *others = (column.system for column in self.columns)
-        if isinstance(first, HostSystem):
-            return all(
-                isinstance(system, HostSystem)
-                and _are_same(first.with_(**_differences(first, system)), system)
-                for system in others
-            )
-        laws = ("kind", "law", "law_2")
-        return all(
-            getattr(first, name) == getattr(system, name, "") for system in others for name in laws
-        )
+        return all(system.has_parts_of(first) for system in others)
 
     @cached_property
     def hash(self) -> str:
@@ -328,7 +304,7 @@ def span(run: Sequence[Column]) -> Window:
     return Window(min(w.begin for w in windows), max(w.end for w in windows))
 
 
-def panels_of(systems: Iterable[AnySystem], of: Sequence[str] = ()) -> tuple[str, ...]:
+def panels_of(systems: Iterable[System], of: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the names of the panels that any of the systems can fill, in the order of `PANELS`.
 
     of: the displacements of hosts, as of a request.
@@ -337,68 +313,66 @@ def panels_of(systems: Iterable[AnySystem], of: Sequence[str] = ()) -> tuple[str
     return tuple(sorted(dict.fromkeys(names), key=lambda name: [*PANELS].index(word_of(name))))
 
 
-def _panels_of(system: AnySystem, of: Sequence[str]) -> Iterator[str]:
-    scene, has_forces, owners = system.scene, system.scene.forces, dict[str, Sequence[str]]()
-    without = (() if scene.damper else _OF_DAMPER) + (() if scene.walls else _OF_WALLS)
-    if isinstance(system, HostSystem):
-        has_forces = any(has_force(damper) for damper in system.dampers)
-        without += _OF_KINDS if len(system.host.dofs) > 1 else (*_OF_KINDS, "shape")
-        dampers, dofs = [damper.name for damper in system.dampers], displacements_of(system, of)
-        owners = dict.fromkeys(_FOR_DAMPERS, dampers or dofs)
-        owners |= dict.fromkeys(_FOR_DISPLACEMENTS, dofs)
-    else:
-        without += ("shape",)
-    without += () if has_forces else ("force",)
+def _panels_of(system: System, of: Sequence[str]) -> Iterator[str]:
     for name in PANELS:
-        if name not in without:
-            each = owners.get(name, ())
-            yield from [f"{name}:{owner}" for owner in each] if len(each) > 1 else [name]
+        owners = _owners(name, system, of)
+        several = owners is not None and len(owners) > 1
+        if several and name in _BY_OWNER:
+            yield from [f"{name}:{owner}" for owner in owners or ()]
+        elif owners:
+            yield name
 
 
-def displacements_of(system: HostSystem, of: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the displacements of a host that are drawn.
-
-    By default the degrees of freedom that dampers hang on; without dampers those that forces act
-    on, and the last one that the ground moves if none does.
-    """
-    usual = () if system.dampers else tuple(system.force) or along_ground(system)[-1:]
-    return system.displacements(of or usual)
-
-
-def along_ground(system: HostSystem) -> tuple[str, ...]:
-    """Return the degrees of freedom that the ground moves, thus no rotations, or else all."""
-    host = system.host
-    pairs = zip(host.dofs, host.influence.tolist(), strict=True)
-    return tuple(dof for dof, moved in pairs if moved) or host.dofs
-
-
-def _places(system: AnySystem) -> Mapping[str, float]:
-    """Return the places of walls, limits and the rest [m] by name."""
-    if isinstance(system, HostSystem):
-        walls = [(damper.name, wall) for damper in system.dampers for wall in damper.walls]
-        return {f"{name}.gap{wall.side}": wall.gap for name, wall in walls}
-    return {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
+def _owners(panel: str, system: System, of: Sequence[str]) -> Sequence[str]:
+    """Return the bodies that a panel shows; none if the system cannot fill it."""
+    scene = system.scene
+    match panel:
+        case "shape":
+            return system.chain
+        case "impact-section":
+            return scene.wall_words
+        case "force":
+            return system.force_signals
+        case "energy2":
+            return system.damper_names
+        case _:
+            return [motion.body for motion in motions_in(panel, system, of)]
 
 
-def _are_same(one: AnySystem, other: AnySystem) -> bool:
-    if isinstance(one, HostSystem):
-        return one is other or one.to_table() == other.to_table()
-    return one == other
+def motions_in(panel: str, system: System, of: Sequence[str]) -> Sequence[Motion]:
+    """Return the motions in a panel, a word of `PANELS`; all bodies where it shows no motion."""
+    motions = system.motions(of)
+    match panel:
+        case "relative":
+            return motions.strokes
+        case "phase1":
+            return motions.structure
+        case "phase2":
+            return motions.dampers
+        case "section":
+            return motions.dampers or motions.structure
+        case "section1":
+            return motions.structure if motions.dampers else ()
+        case _:
+            return motions.bodies
 
 
-def _differences(first: AnySystem, system: AnySystem) -> dict[str, Any]:
-    """Return what `[set]` changes of the first system to get another one."""
-    values: dict[str, Any] = {
-        name: value
-        for name, value in system.parameters.items()
-        if value != first.parameters.get(name)
-    }
-    if isinstance(first, HostSystem) and isinstance(system, HostSystem):
-        before = {damper.name: damper.attached_to for damper in first.dampers}
-        for damper in system.dampers:
-            if before.get(damper.name) != damper.attached_to:
-                values[f"{damper.name}.{PLACE}"] = damper.attached_to
-    return values
+def _common_signals(systems: Sequence[System], of: Sequence[str]) -> tuple[str, ...]:
+    """Return the usual signals of the first system whose signals all systems have."""
+    usual = [system.usual_signals(of) for system in systems]
+    for names in usual:
+        try:
+            for system in systems:
+                for name in names:
+                    system.signal(name)
+        except RequestError:
+            continue
+        return names
+    return usual[0]
+
+
+def _are_same(one: System, other: System) -> bool:
+    return one is other or one.to_table() == other.to_table()
 
 
 def checked_window(what: str, value: object) -> Window:
@@ -415,20 +389,14 @@ def checked_window(what: str, value: object) -> Window:
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
 
 
-def described(system: AnySystem, frequency: str = RAD, names: Iterable[str] = ()) -> str:
-    """Return a system in one line: title, `names` of parameters, forcing frequency.
-
-    A kind knows the names of the parameters that the user set.
-    """
-    if isinstance(system, HostSystem):
-        changed = [name for name in names if name in system.parameters]
-    else:
-        changed = [name for name, text in system.sources.items() if text == "set by the user"]
+def described(system: System, frequency: str = RAD) -> str:
+    """Return a system in one line: title, numbers that the user set, forcing frequency."""
+    changed = [name for name in system.changed_by_user if name in system.parameters]
     different = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
     settings = [setting_in_words(name, system.parameters[name]) for name in different]
     if frequency == HZ:
         settings[-1] = setting_in_words("f", system.parameters["omega"] / (2.0 * pi))
-    return ", ".join([system_in_words(system), *settings])
+    return ", ".join([system.in_words(), *settings])
 
 
 def _checked_windows(value: object) -> list[Window]:
@@ -514,7 +482,7 @@ def load_portrait(
     if title is None:
         is_one = all(_are_same(system, column.system) for column in columns)
         unit = settings.get("frequency", RAD)
-        title = described(system, unit, changed) if is_one else system_in_words(system)
+        title = described(system, unit) if is_one else system.in_words()
     return request.make(
         PortraitRequest,
         request.layers[0][0],
@@ -542,7 +510,7 @@ def portrait_of(
     regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
     unit = table("portrait", changes.get("portrait", {})).get("frequency", RAD)
-    title = described(system, unit, [axis.name for axis in scan.axes]) + start + regime
+    title = described(system, unit) + start + regime
     document = {"title": title, "system": system, "sampling": usual}
     return replace(load_portrait(document, changes, changes_from), cell=cell)
 

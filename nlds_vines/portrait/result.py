@@ -22,11 +22,8 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import PORTRAIT
 from nlds_vines.archives.representation import Outlined
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalog import AnySystem
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.labels import name_of
-from nlds_vines.orbits.records import HOST_IMPACT, IMPACT, OK, STATUS_FLAGS, Violation
-from nlds_vines.orbits.signals import histories_of, signal_of
+from nlds_vines.orbits.records import OK, STATUS_FLAGS, Violation, impact_type
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.portrait.request import (
@@ -34,7 +31,6 @@ from nlds_vines.portrait.request import (
     CELL_OF,
     Column,
     PortraitRequest,
-    displacements_of,
     load_portrait,
 )
 
@@ -105,10 +101,8 @@ class View(Outlined):
         period = self.column.system.period
         last = self.contacts[self.touches > (self.column.window.end - self.cycle) * period]
         points = np.column_stack([2.0 * np.pi * (last["touch"] / period % 1.0), last["speed"]])
-        struck = last["wall"]
-        if isinstance(self.column.system, HostSystem):
-            struck = np.char.add(last["damper"], struck)
-        return {name: points[struck == name] for name in self.column.system.scene.wall_words}
+        touched = self.column.system.scene.touches_at(last)
+        return {name: points[is_there] for name, is_there in touched.items()}
 
     @property
     def touches(self) -> np.ndarray:  # times [s]
@@ -173,10 +167,9 @@ class View(Outlined):
             times = f"{passed.number} time{'s' if passed.number > 1 else ''}"
             words = f"violated {times}, by up to {passed.depth:.4g} m, first at {passed.time:.6g} s"
             yield f"  limit of the scene, in the whole run: {words if passed.number else 'kept'}"
-        for name, signal in histories_of(self.column.system).items():
-            if signal.unit == "J":
-                highest = signal.of(self.column.system, self.states).max()
-                yield f"  largest {name} of the samples: {highest:.6g} J"
+        for name in self.column.system.energy_signals:
+            highest = self.column.system.signal(name).of(self.states).max()
+            yield f"  largest {name} of the samples: {highest:.6g} J"
         for spectrum in self.spectra:
             n, share = self.comb, self.share_of(spectrum)
             outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
@@ -242,13 +235,8 @@ def histories_in(view: ArchiveView) -> tuple[str, ...]:
     """Return the datasets over time in an open archive: time, the state, then all others."""
     names = [name for name in view.names if view.dims(name) == ("state",)]
     system = view.request(PORTRAIT, load_portrait).columns[0].system
-    first = [name for name in ("time", *histories_of(system)) if name in names]
+    first = [name for name in ("time", *system.histories()) if name in names]
     return (*first, *(name for name in names if name not in first))
-
-
-def no_impacts(system: AnySystem, count: int = 0) -> np.ndarray:
-    """Return rows of zeros for so many impacts of a system."""
-    return np.zeros(count, HOST_IMPACT if isinstance(system, HostSystem) else IMPACT)
 
 
 def portrait_in(path: str | os.PathLike[str]) -> Portrait:
@@ -337,15 +325,14 @@ def contents(
         names = np.array(request.signal, dtype=object)
         scales.append(Scale("signal", names, "1", "signal of a spectrum"))
     words = f"of {'signals' if several else request.signal[0]}, {request.taper} window"
-    signals = dict.fromkeys(signal_of(first, name).unit for name in request.signal)
+    signals = dict.fromkeys(first.signal(name).unit for name in request.signal)
     unit, squared = ", ".join(signals), ", ".join(f"({unit})^2" for unit in signals)
     # the components of the state over time, and what follows from them
     histories = []
-    displacements = displacements_of(first, request.of) if isinstance(first, HostSystem) else ()
-    tables = [histories_of(view.column.system, displacements) for view in views]
+    tables = [view.column.system.histories(request.of) for view in views]
     for name, signal in tables[0].items():
         pairs = zip(tables, views, strict=True)
-        each_values = [table[name].of(view.column.system, view.states) for table, view in pairs]
+        each_values = [table[name].of(view.states) for table, view in pairs]
         dataset = Dataset.real(name, ("state",), signal.unit, signal.meaning)
         histories.append((dataset, np.concatenate(each_values)))
     status = Dataset.code("status", ("row",), "how the orbit ended", STATUS_FLAGS)
@@ -397,12 +384,12 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     if len(table["label"]) != len(request.columns):
         raise RequestError(f"{view.path} is damaged: its rows are not those of its request")
     system = request.columns[0].system
-    impacts = no_impacts(system, len(view["wall"]) if "wall" in view else 0)
+    impacts = np.zeros(len(view["wall"]) if "wall" in view else 0, impact_type(system.scene))
     for name, dataset, *_ in _IMPACTS:
         if impacts.size and name in (impacts.dtype.names or ()):
             impacts[name] = view[dataset]
     order, amplitude, power = (np.atleast_2d(view[name]) for name in _SPECTRUM)
-    histories = [*histories_of(system)][: len(system.scene.components)]
+    histories = [*system.histories()][: len(system.scene.components)]
     time, at = view["time"], dict.fromkeys(("time", "impact", "order"), 0)
 
     def part(name: str, count: int) -> slice:
@@ -430,7 +417,7 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
                 periods=row["spectrum_periods"],
                 window=request.taper,
                 quantity=name,
-                unit=signal_of(system, name).unit,
+                unit=system.signal(name).unit,
             )
             for k, name in enumerate(request.signal)
         ]

@@ -15,11 +15,11 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
 from nlds_vines.orbits.one_orbit import Orbit
-from nlds_vines.orbits.signals import signal_of
+from nlds_vines.orbits.records import impact_type
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
-from nlds_vines.portrait.result import View, contents, no_impacts
+from nlds_vines.portrait.result import View, contents
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.store import Blocks, Write
 
@@ -112,7 +112,7 @@ def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) 
     states = orbit.trajectory[part]
     section = np.ascontiguousarray(states[samples - 1 :: samples])
     n = int(period_of(section, TOLERANCE))
-    impacts = no_impacts(system)
+    impacts = np.zeros(0, impact_type(system.scene))
     if orbit.impacts is not None:
         first, last = (count * system.period for count in column.window)
         touches = orbit.impacts["touch"]
@@ -120,11 +120,11 @@ def _view(request: PortraitRequest, orbit: Orbit, column: Column, samples: int) 
     comb, none = request.comb or max(n, 1), np.empty(0)
     omega, spectra = system.parameters["omega"], []
     for name in request.signal:
-        signal = signal_of(system, name)
+        signal = system.signal(name)
         about = {"window": request.taper, "quantity": name, "unit": signal.unit}
         if samples > 1:  # of the last periods, as many as the comb divides
             usable = len(states) - len(states) % (comb * samples)
-            values = signal.of(system, states[len(states) - usable :])
+            values = signal.of(states[len(states) - usable :])
             spectra.append(spectrum_of(values, samples, omega, **about))
         else:
             spectra.append(Spectrum(none, none, none, omega, samples, 0, **about))

@@ -308,7 +308,7 @@ def _nearest(
     point = dict(zip(names, view.take("attractor_point", number=k, **where), strict=True))
     # the components of the starts that the axes do not set
     scan = scan_of(view)
-    start = scan.start.state or [scan.system.rest or 0.0 if n == "x2" else 0.0 for n in names]
+    start = scan.start.state or scan.system.state_at_rest
     off = [abs(point[n] - v) for n, v in zip(names, start, strict=True) if n not in along]
     values = [view[name] for name in axes]
     is_inside = all(v[0] <= point[n] <= v[-1] for n, v in zip(along, values, strict=True))

@@ -19,10 +19,10 @@ from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
 from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, at, from_text, number, whole
-from nlds_vines.model.catalog import AnySystem, any_system
+from nlds_vines.model.catalog import any_system
 from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.setting import settings_of
-from nlds_vines.model.system import system_in_words
+from nlds_vines.model.system import System
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 def transient_lifetimes(
-    system: AnySystem | str | os.PathLike[str] | None = None,
+    system: System | str | os.PathLike[str] | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     starts: int = STARTS,
@@ -70,7 +70,7 @@ def transient_lifetimes(
 
     Parameters
     ----------
-    system : System, HostSystem, str or path-like, optional
+    system : System, str or path-like, optional
         A system, its name or TOML file; by default SSul NES Set 6.
     to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
@@ -163,7 +163,7 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
     count = whole("count", start["count"], 1)
     shown = {**system.drive, **system.contact_in_words}
-    words = [system_in_words(system), *(setting_in_words(*item) for item in shown.items())]
+    words = [system.in_words(), *(setting_in_words(*item) for item in shown.items())]
     document = {
         "title": f"{', '.join(words)}: {count} starts",
         "system": system,

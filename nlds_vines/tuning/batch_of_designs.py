@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.model.catalog import AnySystem
+from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.batch import COUNTED, METHOD, Outcome, Wanted
 from nlds_vines.orbits.engine import engine_for
@@ -17,7 +17,7 @@ class Batch:
 
     def __init__(
         self,
-        system: AnySystem,
+        system: System,
         objective: str = "E1max",
         tolerance: float = TOLERANCE,
         tell: Tell | None = None,

@@ -20,13 +20,12 @@ from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
     is_of_own_force,
-    natural_period,
     refuse_load_in_set,
     refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import AnySystem, refuse_without_force, without_hosts
-from nlds_vines.model.host_system import PLACE, HostSystem
+from nlds_vines.model.catalog import without_hosts
+from nlds_vines.model.dampers import PLACE
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading
 from nlds_vines.model.parameters import (
     DESCRIBED,
@@ -36,6 +35,7 @@ from nlds_vines.model.parameters import (
     setting_in_words,
     symbol_of,
 )
+from nlds_vines.model.presets import refuse_foreign
 from nlds_vines.model.quantities import BY_NAME, OF_LOADS, of_load, stored_in
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
@@ -57,7 +57,7 @@ from nlds_vines.model.setting import (
     tables,
 )
 from nlds_vines.model.slow_manifold import slow_manifold
-from nlds_vines.model.system import System, refuse_foreign
+from nlds_vines.model.system import General, System
 from nlds_vines.orbits.responses import host_objectives, objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.design_space import (
@@ -218,7 +218,7 @@ class Tuning(Request):
     content: ClassVar[str] = TUNING
 
     title: str
-    system: AnySystem
+    system: System
     free: tuple[Free, ...]
     over: tuple[Axis, ...] = ()
     history: HistoryRequest | None = None
@@ -264,11 +264,11 @@ class Tuning(Request):
         return self._objectives_in(self.system.scene)
 
     def _objectives_in(self, scene: Scene) -> Mapping[str, str]:
-        if isinstance(self.system, HostSystem) and self.history is None:
+        if isinstance(self.system, General) and self.history is None:
             return host_objectives(self.system, self.search.objective)
         if self.history is None:
             return objectives_of(scene)
-        if isinstance(self.system, HostSystem):
+        if isinstance(self.system, General):
             return {name: of_load(name).unit for name in names_of_numbers(self.history)}
         # contacts need walls, accelerations and contact forces a law under which impacts take time,
         # impulses one under which they do not, and the drift an acceleration of the ground
@@ -342,7 +342,7 @@ class Tuning(Request):
 
     @property
     def layouts(self) -> list[dict[str, Any]]:
-        """The combinations of the places of dampers, as `HostSystem.with_` takes them."""
+        """The combinations of the places of dampers, as `General.with_` takes them."""
         names = [f"{name}.{PLACE}" for name in self.places]
         chosen = product(*self.places.values())
         return [dict(zip(names, one, strict=True)) for one in chosen]
@@ -394,7 +394,7 @@ class Tuning(Request):
                 choice("parameter of the surface", name, names)
             if len(set(self.surface.parameters)) != 2:
                 raise RequestError("a surface takes two different parameters")
-        if history is not None and isinstance(self.system, HostSystem):
+        if history is not None and isinstance(self.system, General):
             history.check_host(self.system, [n for n in (*over, *uncertain) if not is_of_load(n)])
         elif history is not None:
             refuse_without_effect(scene, history.load, [*over, *uncertain])
@@ -437,8 +437,8 @@ class Tuning(Request):
         if self.history is None:
             return
         with np.errstate(divide="ignore"):
-            period = natural_period(self.system)
-            if not isinstance(self.system, HostSystem):
+            period = self.system.natural_period
+            if not isinstance(self.system, General):
                 period = 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
         load = self.history.load
         for axis in self.over:
@@ -641,10 +641,10 @@ def load_tuning(
 
 
 def _check_uncertain(
-    system: AnySystem, uncertain: Sequence[Uncertain], history: HistoryRequest | None
+    system: System, uncertain: Sequence[Uncertain], history: HistoryRequest | None
 ) -> None:
     """Refuse what a host does not have, and under a load the numbers of its own force."""
-    if not isinstance(system, HostSystem):
+    if not isinstance(system, General):
         return
     allowed = list(system.allowed)
     if history is not None:
@@ -670,7 +670,7 @@ def _free(request: Merged, scene: Scene) -> dict[str, Any]:
     return {k: v for k, v in entries.items() if stated.isdisjoint(meant_by(scene, [k]))} | free
 
 
-def _history(request: Merged, system: AnySystem) -> tuple[HistoryRequest | None, dict[str, Any]]:
+def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, dict[str, Any]]:
     """Return the response history if there is a load or a start, else the settings without one."""
     loaded = bool(request.table("load") or request.table("start"))
     owner: type = HistoryRequest if loaded else Tuning
@@ -685,7 +685,7 @@ def _history(request: Merged, system: AnySystem) -> tuple[HistoryRequest | None,
             raise RequestError(f"of = {shown(of)} is not used without [load] or [start]")
     if not loaded:
         with at(request.place("system")):
-            refuse_without_force(system)
+            system.refuse_without_force()
         periods = SAMPLED if system.scene.walls else SAMPLED_FREE
         return None, {"periods": periods} | request.of(Tuning)
     with at(request.place("load" if request.table("load") else "start")):

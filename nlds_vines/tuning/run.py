@@ -17,8 +17,8 @@ from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
-from nlds_vines.model.host_system import HostSystem
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
+from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
@@ -249,7 +249,7 @@ class Objective:
         self._places = places_of(tuning.uncertain, draws, seed)
         self._batch: Batch | None = None
         system, objective, size = tuning.system, tuning.search.objective, 4
-        if isinstance(system, HostSystem):
+        if isinstance(system, General):
             size = len(system.scene.components)
         if tuning.history is None:
             self._batch = Batch(system, objective, float(tuning.tolerance), tell)
@@ -294,7 +294,7 @@ class Objective:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
             spring, stiffness = "stiffness", np.ones(())  # a factor on that of a host
-            if not isinstance(tuning.system, HostSystem):
+            if not isinstance(tuning.system, General):
                 spring = "k1" if "k1" in tuning.system.parameters else "k"
                 stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
             scale = grid.get("scale", np.asarray(tuning.value("scale")))
@@ -356,7 +356,7 @@ def outcome_under(
     dataset, place = names_of_numbers(tuning.history)[tuning.search.objective]
     value = arrays[dataset] if place is None else arrays[dataset][:, place]
     E2max, impacts = arrays["E2max"], arrays.get("impact_count")
-    if isinstance(system, HostSystem):  # of all dampers
+    if isinstance(system, General):  # of all dampers
         with np.errstate(invalid="ignore"):
             E2max = np.fmax.reduce(E2max, axis=1, initial=0.0)
         impacts = np.add.reduce(np.nan_to_num(arrays["impact_count"]), axis=1)

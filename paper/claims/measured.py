@@ -12,8 +12,9 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.labels import is_struck
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from paper.request import FigureRequest
 
 CLOSE = 1e-9
@@ -35,7 +36,7 @@ class Data:
             those by wall have one more dimension, what is struck.
     """
 
-    system: System
+    system: Preset
     axes: Mapping[str, np.ndarray]
     numbers: Mapping[str, np.ndarray]
 
@@ -108,7 +109,7 @@ class Motion:
         breadths: of the spectra of x2 and of the contact `force`, by name.
     """
 
-    system: System
+    system: Preset
     label: str
     forces: np.ndarray
     durations: np.ndarray
@@ -194,4 +195,4 @@ def _load(path: Path, request: FigureRequest, scan: Scan) -> Data:
     with read(path) as view:
         whole = [name for name in view.names if view.dims(name) in (cells, (*cells, "wall"))]
         numbers = {name: view[name][case][(slice(None),) * len(axes) + (0,)] for name in whole}
-    return Data(scan.system, axes, numbers)
+    return Data(without_hosts(scan.system), axes, numbers)

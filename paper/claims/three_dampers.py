@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from nlds_vines.model.catalog import catalog
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from paper.claims.claim import (
     Claim,
     Finding,
@@ -108,7 +108,7 @@ def _best_of_all(evidence: Evidence) -> Finding:
     return weighed(text, ours.peak()[0] <= free.peak()[0], ours.at(tuned) <= best)
 
 
-def absorber(tmd: System, omega: float) -> System:
+def absorber(tmd: Preset, omega: float) -> Preset:
     """Return a TMD in resonance with the force, as little damped as any of the published sets."""
     least = min(catalog()[name].parameters["c2"] for name in SETS)
     return tmd.with_(k2=tmd.parameters["m2"] * omega**2, c2=least)

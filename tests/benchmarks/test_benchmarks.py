@@ -85,7 +85,7 @@ def test_a_solver_that_fails_has_an_infinite_error(cases):
 # ---- extremes: within their bounds, which a fault exceeds ----------------------------------------
 
 
-real_load, real_system = extremes.load_system, extremes.System
+real_load, real_system = extremes.load_system, extremes.Preset
 linear, split, steady = extremes.linear_sections, extremes.scipy_orbit, extremes.steady_state
 FAULTS = {
     "stiff": ("DURATION", extremes.DURATION * (1 + 1e-9)),
@@ -95,7 +95,7 @@ FAULTS = {
     "mass ratio": ("scipy_orbit", lambda system, *how: split(system.with_(c1=451.0), *how)),
     "slow": ("steady_state", lambda system: extremes.rest_state(system)),
     "fast": ("steady_state", lambda system: steady(system) * (1 + 1e-5)),
-    "e = 0 and 1": ("System", lambda kind, p, law: real_system(kind, {**p, "e": 0.5}, law=law)),
+    "e = 0 and 1": ("Preset", lambda kind, p, law: real_system(kind, {**p, "e": 0.5}, law=law)),
     "overflow": ("is_refused", lambda *how, **options: False),
     "tiny states": ("load_system", lambda name, P: real_load(name, P=max(P, 1e-60))),
 }
@@ -190,10 +190,10 @@ def test_what_is_counted_where(tmp_path):
 
 
 ASKS = """
-from a import HostSystem
+from a import General
 
-def draw(system: HostSystem, is_host=False) -> HostSystem:
-    if system.has_hosts or isinstance(system, HostSystem):
+def draw(system: General, is_host=False) -> General:
+    if system.has_hosts or isinstance(system, General):
         return draw(system, is_host=True)
 """
 
@@ -202,7 +202,7 @@ def test_words_that_ask_what_a_system_is(tmp_path):
     """Neither imports nor annotations ask; the engine and presets may."""
     write_all(tmp_path, "pictures/drawing.py engine/orbit.py model/presets.py", ASKS)
     places = house.asking_words(tmp_path)
-    assert places == {"pictures.drawing": {"is_host": 2, "has_hosts": 1, "HostSystem": 1}}
+    assert places == {"pictures.drawing": {"is_host": 2, "has_hosts": 1, "General": 1}}
 
 
 def test_names_of_several_modules(tmp_path):

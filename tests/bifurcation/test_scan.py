@@ -16,8 +16,9 @@ from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
+from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import CELL, System, parameters_in_words
+from nlds_vines.model.system import System
 from nlds_vines.orbits import records
 from nlds_vines.orbits.solver_settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
@@ -331,9 +332,9 @@ def test_failures_and_systems_are_told_in_words():
     assert words.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
     assert "; 2 too_stiff (Raise omega" in words
     assert records.failures_in_words(records.failures_in(np.array([records.OK])), 1) == ""
-    words = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
+    words = nv.load_system("bouncing-ball").parameters_in_words(["Y"])
     assert words == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
-    assert parameters_in_words(nv.load_system("none")).startswith("none: m1 = 1000, k1 = 39500")
+    assert nv.load_system("none").parameters_in_words().startswith("none: m1 = 1000, k1 = 39500")
 
 
 def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(tmp_path):

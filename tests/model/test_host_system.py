@@ -117,7 +117,7 @@ def test_the_frequency_ratio_of_a_damper_varies_as_its_frequency_does(error_of):
     expected = nv.System.from_host(FRAME, [other], force={"roof": 1.0}, f=2.0)
     name = "tuned.frequency_ratio"
     assert name in system.allowed
-    assert system.with_(**{name: 0.9}).to_table() == expected.to_table()
+    assert system.with_(**{name: 0.9}).to_table()["dampers"] == expected.to_table()["dampers"]
     assert system.with_values([name], [0.9]).to_table() == expected.to_table()
     assert system.following([name]) == {"tuned.k", "tuned.c"}
     lighter = system.with_(**{name: 0.9, "tuned.m": 200.0}).dampers[0]

@@ -17,8 +17,9 @@ from nlds_vines.model import catalog as packaged_files
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import any_system_from, catalog, load_system
 from nlds_vines.model.parameters import CONTACT, PARAMETERS, Parameter
+from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import CELL, System
+from nlds_vines.model.system import System
 from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 from nlds_vines.tuning.request import load_tuning

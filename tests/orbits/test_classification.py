@@ -11,8 +11,8 @@ from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.labels import PERIODIC as PERIODIC_LABEL
+from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.system import CELL
 from nlds_vines.orbits.batch import evidence_arrays, layout_of
 from nlds_vines.orbits.solver_settings import EFFORTS
 from nlds_vines.orbits.starts import user_states

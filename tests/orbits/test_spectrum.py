@@ -10,8 +10,6 @@ import nlds_vines as nv
 from nlds_vines import classify, load_system, simulate
 from nlds_vines.orbits import classification
 from nlds_vines.orbits.classification import LyapunovSpectrum, lyapunov_spectrum
-from nlds_vines.orbits.responses import contact_forces
-from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import NEIGHBORS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
@@ -151,7 +149,7 @@ def test_the_spectrum_of_a_simple_orbit_is_its_transfer_function():
 def test_the_contact_force_agrees_with_the_impacts(orbits):
     orbit = orbits[7.375]
     system = orbit.system
-    (force,) = contact_forces(system, orbit.trajectory).values()
+    (force,) = system.contact_forces(orbit.trajectory).values()
     peaks = orbit.impacts["force"]
     assert force.min() == 0.0
     assert 0.9 * peaks.max() < force.max() <= peaks.max() * (1 + 1e-9)
@@ -165,10 +163,10 @@ def test_walls_push_the_damper_away_from_themselves():
     system = nv.load_system("ssbl", C=0.4, D=0.1, K=1e6)
     states = np.zeros((3, 4))
     states[:, 2] = -0.01, 0.2, 0.52  # at the structure, free, at the obstacle
-    force = contact_forces(system, states)
+    force = system.contact_forces(states)
     np.testing.assert_allclose(force["structure"], [1e6 * 0.01**1.5, 0, 0], rtol=1e-12)
     np.testing.assert_allclose(force["obstacle"], [0, 0, -1e6 * 0.02**1.5], rtol=1e-12)
-    both = SIGNALS["force"].of(system, states)
+    both = system.signal("force").of(states)
     np.testing.assert_array_equal(both, force["structure"] + force["obstacle"])
 
 
@@ -178,7 +176,7 @@ def test_the_energies_are_those_that_are_recorded(orbits):
     # the maxima exact in time are those of the samples, but for what lies between two samples
     exact = nv.simulate(system, 180, transient=4000, record=FULL)
     for name, highest in (("E1", exact.E1max), ("E2", exact.E2max)):
-        assert 0.99 * highest < SIGNALS[name].of(system, states).max() <= highest * (1 + 1e-9)
+        assert 0.99 * highest < system.signal(name).of(states).max() <= highest * (1 + 1e-9)
 
 
 @pytest.mark.kernels

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 import nlds_vines as nv
 from nlds_vines.model.parameters import PARAMETERS, setting_in_words
-from nlds_vines.model.system import System, system_in_words
+from nlds_vines.model.system import System
 from nlds_vines.plotting.page import (
     LETTER_ROOM,
     ONE_COLUMN,
@@ -123,11 +123,11 @@ def test_settings_and_axes_have_symbols_powers_and_units():
 def test_a_system_without_a_title_is_not_called_by_its_kind_or_file():
     ssbl = nv.load_system("ssbl")
     plain = System("tmd", dict(nv.load_system("tmd").parameters))
-    assert system_in_words(plain) == "Tuned mass damper"
+    assert plain.in_words() == "Tuned mass damper"
     of_file = System("ssbl", ssbl.parameters, name="a/b.toml")
-    assert system_in_words(of_file) == "Single-sided bilateral NES"
+    assert of_file.in_words() == "Single-sided bilateral NES"
     limited = System("ssvi-b", ssbl.parameters)
-    assert system_in_words(limited) == "Single-sided NES (ssvi-b)"
-    assert system_in_words(System("ssbl", ssbl.parameters, name="mine")) == "mine"
-    assert system_in_words(ssbl) == "SSbl NES"
+    assert limited.in_words() == "Single-sided NES (ssvi-b)"
+    assert System("ssbl", ssbl.parameters, name="mine").in_words() == "mine"
+    assert ssbl.in_words() == "SSbl NES"
     assert setting_in_words("K", 2.5e7) == "K = 2.5e+07 N/m^1.5"

@@ -6,7 +6,6 @@ from layout import collisions
 from support import as_host
 
 import nlds_vines as nv
-from nlds_vines.orbits.signals import histories_of
 from nlds_vines.portrait.picture import portrait
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.result import portrait_in
@@ -67,8 +66,8 @@ def test_a_kind_as_a_host_has_the_same_portrait():
     (one,) = views_of(request_of(kind, span, signal="force"), quiet=True)
     (other,) = views_of(request_of(host, span), quiet=True)
     name = host.dampers[0].name
-    signals = histories_of(host)
-    u = kind.rest - signals[f"{name}.stroke"].of(host, other.states)
+    signals = host.histories()
+    u = kind.rest - signals[f"{name}.stroke"].of(other.states)
     np.testing.assert_allclose(u, one.states[:, 2] - one.states[:, 0], atol=1e-9)
     assert (one.label, other.label) == ("3T,3", "3T,3")
     np.testing.assert_allclose(other.touches, one.touches, rtol=1e-10)

@@ -23,6 +23,7 @@ from nlds_vines.bifurcation.response_curves import (
     ResponseCurves,
     curves_of,
 )
+from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.labels import FLAGS, is_struck
 from nlds_vines.model.linear_response import harmonic_energy
 from nlds_vines.model.parameters import flat
@@ -193,7 +194,7 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
     for case in (curve.case for curve in curves if request.manifold and shown in _OF_HARMONIC):
         if (manifold := case.manifold) is not None:
             across, amplitude = manifold.response().outline
-            m1, k1, _ = case.scan.system.structure
+            m1, k1, _ = without_hosts(case.scan.system).structure
             look = _MANIFOLD | {"color": case.color, "scalex": False, "scaley": False}
             frame.plot(across, _OF_HARMONIC[shown](m1, k1, across, amplitude), **look)
 

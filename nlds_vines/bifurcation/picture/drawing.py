@@ -23,7 +23,7 @@ from nlds_vines.bifurcation.picture.maps import draw_basins, regime_map, why_no_
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import SAMPLE
 from nlds_vines.model.labels import by_frequency, finals
-from nlds_vines.orbits.signals import SIGNALS
+from nlds_vines.model.signals import SIGNALS
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.chosen_panels import Drawing, Picture
 from nlds_vines.plotting.page import (

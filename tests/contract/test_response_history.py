@@ -13,7 +13,7 @@ from support import linear_flow
 import nlds_vines as nv
 from nlds_vines.loads import run
 from nlds_vines.loads.picture import draw
-from nlds_vines.loads.request import load_response_history, natural_period
+from nlds_vines.loads.request import load_response_history
 from nlds_vines.loads.result import HISTORIES, closed_form
 from nlds_vines.loads.run import arrays_of
 from nlds_vines.model.linear_response import flow_matrix
@@ -366,7 +366,7 @@ def test_histories_of_any_number_of_states_are_of_one_orbit():
 @pytest.mark.kernels
 def test_a_blow_that_brakes_counts_from_the_energy_before_it():
     none = nv.load_system("none")
-    m1, period = none.parameters["m1"], natural_period(none)
+    m1, period = none.parameters["m1"], none.natural_period
     blow = {"impulse": -0.4 * m1, "start": {"state": (0.0, 1.0)}, "duration": 40.0}
     fall = nv.response_history(none, **blow, quiet=True)["none"]
     assert fall.numbers["E1max"] == 0.5 * m1

@@ -253,7 +253,13 @@ def _leave() -> None:
     They destroy what LLVM is working on: 2 of 4 calls of C's `exit` during a compilation crashed.
     A command leaves at once.  Elsewhere the exit status is not known here, so what is being
     compiled is waited for, and nothing else can be compiled from then on.
+
+    A signal while the process of a command ends does not change its exit status.
     """
+    if exit_status is not None and _in_main_thread():
+        # Python gives signals their default action while it ends, unless they are ignored
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
     if not any(is_alive() for is_alive in _alive):
         return
     if exit_status is not None:

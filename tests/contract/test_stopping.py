@@ -513,11 +513,26 @@ os.kill(os.getpid(), signal.{number})
 sys.exit(3)
 """
 
+ENDING = """
+import os, signal, sys
+from nlds_vines.runs import interrupts
+
+class Last:  # what Python destroys at its very end
+    def __del__(self, kill=os.kill, number=signal.{number}, process=os.getpid()):
+        kill(process, number)
+
+last = Last()
+print("done")
+interrupts.end_with(1)
+sys.exit(1)
+"""
+
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_a_signal_after_the_work_of_a_command_changes_neither_its_status_nor_its_lines(number):
-    done = python("-c", OVER.format(number=number))
-    assert (done.returncode, done.stdout, done.stderr) == (1, "done\n", "")
+    for program in (OVER, ENDING):
+        done = python("-c", program.format(number=number))
+        assert (done.returncode, done.stdout, done.stderr) == (1, "done\n", "")
 
 
 def test_ctrl_c_where_no_run_takes_it_is_python_s(over):

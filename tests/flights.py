@@ -31,7 +31,7 @@ MOST_IMPACTS = 4000
 def flow_on(system, method="exact", settings=None):
     """Return the map of a system from section to section with its derivative."""
     parts, cell = parts_of(method, system.scene, settings), system.cell
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_under(parts, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     return flow_of(
         prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_from(ps, damper, n, PERIOD)

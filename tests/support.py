@@ -30,6 +30,7 @@ from nlds_vines.kernels.scene.codes import OK, RELEASED
 from nlds_vines.kernels.scene.law import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.scene.scene import (
     CellBuffers,
+    Parts,
     Side,
     Span,
     Watch,
@@ -98,11 +99,14 @@ def kernel_cell(**numbers):
     return cell.view(np.recarray)[0]
 
 
+UNDER_FORCE = Parts(*[None] * len(Parts._fields))
+
+
 def contact_parts(**numbers):
     """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
     cell = kernel_cell(**numbers)
     damper = damper_in(cell)
-    return structure_under(None, cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
+    return structure_under(UNDER_FORCE, cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
 
 
 NOTHING = Watch(None, None, None, None, None, None)
@@ -175,7 +179,7 @@ class Approach:
 def flight_parts(**numbers):
     """Return (structure, damper, grid of a period) as kernels see them, for a flight on its own."""
     cell = kernel_cell(**numbers)
-    ps, damper = structure_under(None, cell), damper_in(cell)
+    ps, damper = structure_under(UNDER_FORCE, cell), damper_in(cell)
     return ps, damper, grid_from(ps, damper, cells_of(ps, damper), PERIOD)
 
 

@@ -2,7 +2,7 @@
 A structure that is shaken
 ==========================
 
-The foot moves with an acceleration of 1 m/s² in place of a force: how much of it reaches the
+The ground moves with an acceleration of 1 m/s² in place of a force: how much of it reaches the
 structure, and how far the damper travels.
 """
 

@@ -213,7 +213,6 @@ def _among(found: set[str]) -> str:
     sets = {
         "all kinds": set(SCENES),
         "kinds with a damper": {kind for kind, scene in SCENES.items() if scene.damper},
-        "kinds with a structure": {kind for kind, scene in SCENES.items() if scene.absolute},
         "kinds with a wall": {kind for kind, scene in SCENES.items() if scene.walls},
     }
     return next((text for text, kinds in sets.items() if kinds == found), _code(sorted(found)))

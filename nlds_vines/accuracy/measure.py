@@ -90,7 +90,7 @@ def _ours(system: Preset, method: str, name: str) -> Follow:
 def _scipy(system: Preset) -> Follow:
     """Return SciPy's DOP853 as everybody would use it first: no event at touch or release."""
     right_side, stiffness = equation(system), system.structure[1]
-    length = system.force / stiffness if stiffness else 0.0
+    length = abs(system.force) / stiffness if stiffness else 0.0
 
     def follow(rtol: float, periods: int, repeats: int = 1) -> np.ndarray:
         left = repeats * periods * BUDGET
@@ -124,6 +124,7 @@ def equation(system: Preset) -> Callable[..., list[float]]:
     scene, cell = system.scene, system.cells()
     names = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "rest")
     m1, k1, c1, m2, k2, c2, P, omega, rest = (float(cell[name]) for name in names)
+    ground = P / m1 if scene.shaken else 0.0  # acceleration of both bodies, relative to it
     load = m1 * float(cell["load"]) if scene.load is not None else 0.0
     walls = [
         (1.0 if wall == "near" else -1.0, float(cell[wall]), scene.law_at(wall).force,
@@ -143,7 +144,7 @@ def equation(system: Preset) -> Callable[..., list[float]]:
         r, s = x1 - x2 + rest, v1 - v2
         joint = k2 * r + c2 * s + contact(r, s)
         force = P * math.cos(omega * t) + load - k1 * x1 - c1 * v1 - joint
-        return [v1, force / m1, v2, joint / m2]
+        return [v1, force / m1, v2, joint / m2 + ground * math.cos(omega * t)]
 
     def alone(t: float, x: float, v: float) -> list[float]:
         return [v, (P * math.cos(omega * t) + load - k1 * x - c1 * v - contact(x, v)) / m1]

@@ -21,7 +21,7 @@ PORTRAIT = "portrait"
 
 Value = str | int | float  # the value of an attribute of an archive
 
-SCHEMA = 1  # of the archive's format; it rises when older readers would misread a new archive
+SCHEMA = 2  # of the archive's format; it rises when older readers would misread a new archive
 
 # the libraries whose versions may change a bit of a result or of a file
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")

@@ -28,7 +28,7 @@ from nlds_vines.model.catalog import any_system, any_system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, FORCE, GROUND, LAWS, SECOND, flat
 from nlds_vines.model.ratios import meant_by, refuse_twice
-from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes import BASES, Scene
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -50,7 +50,6 @@ TOLERANCE = 1e-10  # of contacts by default: finer than in scans, as the energy 
 MOST_STATES = 10**7
 MOST_CASES = 10**7
 _LAWS = ("law", "law_2")  # keys of [set] that are no parameters
-FORCES = ("P", "base_displacement", "base_acceleration")  # act only if the load is `harmonic`
 
 
 def _state(value: object) -> tuple[float, ...]:
@@ -163,6 +162,8 @@ class HistoryRequest(Request):
             raise RequestError(f"settle = {self.settle:g}: the rms of hosts is over all times")
         for system in self.systems if self.load.harmonic else ():
             system.refuse_without_force()
+            if system.scene.shaken:
+                raise moves_by_a_tone("harmonic")
         # axes that a system or the load has, and not too many orbits
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
@@ -313,11 +314,20 @@ class HistoryRequest(Request):
 
 def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -> None:
     for name, meant in zip(names, meant_by(scene, names), strict=True):
-        if not load.harmonic and meant in (*FORCES, "omega"):
+        if meant in ("Y", *BASES):
+            raise moves_by_a_tone(name)
+        if not load.harmonic and meant in ("P", "omega"):
             raise RequestError(
                 f"{name}: the harmonic force is off under a load, so that all orbits would be "
                 "equal; harmonic = true adds it"
             )
+
+
+def moves_by_a_tone(name: str) -> RequestError:
+    return RequestError(
+        f"{name}: under a load the ground moves by a tone, [load.tone] with amplitude, omega and "
+        'unit = "m/s^2"'
+    )
 
 
 def refuse_load_in_set(request: Merged) -> None:

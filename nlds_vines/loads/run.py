@@ -205,7 +205,6 @@ def _numbers(
             for sink, share in zip(WAYS, shares, strict=True)
         },
         "damping_ratio": np.where(fall > 0.0, ratio, np.nan),
-        "drift_max": response["x1_max"] if request.load.shaken else missing,
         "shear_max": cells["k1"] * response["x1_max"],
         "E1max": orbits.peak[:, 0],
         "E2max": orbits.peak[:, 1] if scene.damper else missing,

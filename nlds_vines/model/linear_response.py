@@ -11,23 +11,30 @@ from nlds_vines.model.system import Preset
 
 
 def amplitudes(system: Preset, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the steady state of equation (5) without contact under the force P cos(omega t).
+    """Return the steady state of equation (5) without contact, under a force or on moving ground.
 
     x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].  With the joint
     j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the damper's
     d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2); without a
     damper X1 = P / s, and no X2.  The amplitudes are infinite at a resonance without damping, which
-    has no steady state.
+    has no steady state.  On moving ground P acts on m1 and Q = P m2 / m1 on m2:
+    X1 = (P d + Q j) / ((s + j) d - j^2) and X2 = (P j + Q (s + j)) / ((s + j) d - j^2).
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
     m1, k1, c1 = system.structure
     structure = k1 - m1 * omega**2 + 1j * omega * c1
+    # the force that displacements of the ground exert depends on the frequency
+    P = system.cells({"omega": omega})["P"] if system.scene.shaken else system.force
     if not system.scene.damper:
-        return _amplitude(system.force, structure), None
+        return _amplitude(P, structure), None
     joint = p["k2"] + 1j * omega * p["c2"]
     damper = joint - p["m2"] * omega**2
     whole = (structure + joint) * damper - joint**2
-    return _amplitude(system.force * damper, whole), _amplitude(system.force * joint, whole)
+    if system.scene.shaken:
+        Q = P * p["m2"] / m1
+        on_structure, on_damper = P * damper + Q * joint, P * joint + Q * (structure + joint)
+        return _amplitude(on_structure, whole), _amplitude(on_damper, whole)
+    return _amplitude(P * damper, whole), _amplitude(P * joint, whole)
 
 
 def flow_matrix(system: Preset) -> np.ndarray:
@@ -44,6 +51,8 @@ def flow_matrix(system: Preset) -> np.ndarray:
     flow[1, 4] = system.force
     flow[1] /= m1
     flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
+    if system.scene.shaken:
+        flow[3, 4] = flow[1, 4]
     flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
     return flow
 
@@ -58,25 +67,33 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
         return harmonic_energy(m1, k1, omega, _amplitude_alone(cells))
 
 
-def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
-    """Return largest and rms x1 [m], v1 and a1 of the structure without its damper, by name."""
+def alone(cells: np.ndarray, *, shaken: bool = False) -> dict[str, np.ndarray]:
+    """Return largest and rms x1 [m], v1 and a1 of the structure without its damper, by name.
+
+    If it is shaken by the ground, a1 = |P / m1| |k1 + i omega c1| / |k1 - m1 omega^2 + i omega c1|
+    is absolute, and x1_abs = a1 / omega^2.
+    """
     omega, by_name = cells["omega"], {}
     with np.errstate(all="ignore"):
-        largest = _amplitude_alone(cells)
-        for name in ("x1", "v1", "a1"):
-            by_name[f"{name}_max"], by_name[f"{name}_rms"] = largest, largest * np.sqrt(0.5)
-            largest = largest * omega
+        x1 = _amplitude_alone(cells)
+        largest = {"x1": x1, "v1": x1 * omega, "a1": x1 * omega * omega}
+        if shaken:
+            largest["a1"] = x1 / cells["m1"] * modulus(cells["k1"], omega * cells["c1"])
+            largest["x1_abs"] = largest["a1"] / (omega * omega)
+        for name, value in largest.items():
+            by_name[f"{name}_max"] = value
+            by_name[f"{name}_rms"] = value * np.sqrt(0.5)
     return by_name
 
 
-def foot_amplitude(cells: np.ndarray) -> np.ndarray:
-    """Return the amplitude [m] of the foot's motion that exerts the force P of the cells."""
-    return cells["P"] / modulus(cells["k1"], cells["c1"] * cells["omega"])
+def ground_amplitude(cells: np.ndarray) -> np.ndarray:
+    """Return the amplitude [m] of the ground's displacement, |P| / (m1 omega^2)."""
+    return np.abs(cells["P"]) / (cells["m1"] * cells["omega"] * cells["omega"])
 
 
 def _amplitude_alone(cells: np.ndarray) -> np.ndarray:
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
-    return cells["P"] / modulus(k1 - m1 * omega * omega, omega * cells["c1"])
+    return np.abs(cells["P"]) / modulus(k1 - m1 * omega * omega, omega * cells["c1"])
 
 
 def _amplitude(force: Any, impedance: Any) -> np.ndarray:

@@ -113,31 +113,21 @@ def records_of(scene: Scene, values: Mapping[str, Any], shape: tuple[int, ...]) 
 
 
 def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
-    """Return the amplitude [N] of the force due to the ground's motion Y cos(omega t).
+    """Return the force [N] on the structure, relative to moving ground, at t = 0.
 
-    Relative to the ground it is m Y omega^2.  In absolute coordinates spring and dashpot exert
-    k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
+    It is minus the structure's mass times the ground's acceleration: m Y omega^2 for the
+    displacement Y cos(omega t), and -m a for the acceleration a cos(omega t).
     """
-    omega = values["omega"]
+    mass = values["m1"] if "m1" in values else values["m"]
+    name = next(name for name in ("Y", *BASES) if name in values)
     with np.errstate(all="ignore"):
-        if not scene.absolute:
-            if "base_acceleration" in values:
-                return values["m"] * values["base_acceleration"]
-            Y = values["Y"] if "Y" in values else values["base_displacement"]
-            return values["m"] * Y * omega * omega
-        name = next(name for name in BASES if name in values)
-        if np.any((np.asarray(values["k1"]) == 0) & (np.asarray(values["c1"]) == 0)):
-            raise RequestError(
-                f"{name}: with k1 = 0 and c1 = 0 nothing joins the structure to the ground"
-            )
-        if "base_displacement" in values:
-            Y = values["base_displacement"]
+        if name == "base_acceleration":
+            force = -mass * values[name]
         else:
-            Y = values["base_acceleration"] / (omega * omega)
-        size_of_force = Y * modulus(values["k1"], values["c1"] * omega)
-    if not np.all(np.isfinite(size_of_force)):
-        raise RequestError(f"{name} out of proportion: the force on m1 is not finite")
-    return size_of_force
+            force = mass * values[name] * values["omega"] * values["omega"]
+    if not np.all(np.isfinite(force)):
+        raise RequestError(f"{name} out of proportion: the force on the structure is not finite")
+    return force
 
 
 def modulus(real: Any, imaginary: Any) -> np.ndarray:

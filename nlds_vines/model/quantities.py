@@ -92,8 +92,9 @@ class Quantity:
 
     def words_in(self, scene: Scene) -> str:
         first = "primary structure" if scene.body == STRUCTURE else scene.body
-        (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
-        frame = ", absolute" if scene.foot else ", relative to the ground" if scene.relative else ""
+        x, v = scene.components[:2]
+        by = "the motion of the ground" if scene.shaken else "the force"
+        frame = ", relative to the ground" if scene.shaken else ""
         return self.words.format(body=scene.body, first=first, x=x, v=v, by=by, frame=frame)
 
 
@@ -242,12 +243,12 @@ QUANTITIES = (
         "stroke", has=_damper, drawn=(MAPS, CURVES),
     ),
     *_motion(
-        "drift", 8, "m", "displacement of the structure relative to its foot, x1 - y",
-        "displacement from the foot", has=attrgetter("foot"),
+        "x1_abs", 8, "m", "absolute displacement of the {body}, {x} + y above the moving ground y",
+        "absolute displacement", has=attrgetter("shaken"), reduced=True,
     ),
     *_response(
-        "transmissibility", "1", "transmissibility: rms of x1 / rms of the foot's displacement y",
-        column=1, has=lambda scene: scene.foot,
+        "transmissibility", "1", "transmissibility: rms of the {body}'s absolute displacement / "
+        "rms of the ground's", column=9, has=attrgetter("shaken"),
     ),
     *_response(
         "force_max", "N", "largest contact force", column=OF_FORCES, dims=("wall",),
@@ -393,7 +394,8 @@ QUANTITIES = (
         dims=("component",),
     ),
     Quantity(
-        "P", "N", "amplitude of the force due to the ground's motion", (),
+        "P", "N", "force on the {body} at t = 0, minus its mass times the ground's acceleration",
+        (),
         has=lambda scene: scene.shaken in BASES,
     ),
     _whole(
@@ -482,6 +484,9 @@ def stored_in(buffer: str) -> tuple[Quantity, ...]:
 
 # ---- quantities under a load ---------------------------------------------------------------------
 
+# of absolute displacements, which an acceleration of the ground over time does not tell
+OF_KNOWN_GROUND = ("x1_abs_max", "x1_abs_rms", "x_abs_max", "x_abs_rms", "transmissibility")
+
 SHARES = (0.01, 0.1, 0.5)  # of the largest E1, above which `last_1` ... are the last times
 # what dissipates energy
 WAYS = {"c1": "dashpot c1", "c2": "dashpot c2", "contact": "contacts"}
@@ -510,8 +515,6 @@ OF_LOADS = (
         "largest energy of the damper", "E₂max"),
     _of("x1_max", "m", "largest displacement of the structure, relative to the ground",
         "largest displacement"),
-    _of("drift_max", "m", "largest displacement of the structure, relative to the moving ground",
-        "largest drift"),
     _of("x1_rms", "m", "rms displacement of the structure, relative to the ground, without the "
         "time to settle", "rms displacement"),
     _of("v1_max", "m/s", "largest velocity of the structure, relative to the ground",

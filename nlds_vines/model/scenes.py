@@ -29,7 +29,7 @@ Values = Mapping[str, Any]  # parameters in SI units; each a float, or an array 
 
 HOST = "host"  # the kind of systems with a `HostScene`
 LONGEST_NAME = 16  # letters in `Scene.struck`, the width of a column in tables of impacts
-FOOT = "+foot"  # the suffix of a kind in `Scene.key` if the foot of the structure moves
+MOVING = "+ground"  # the suffix of a kind in `Scene.key` if the ground moves
 BASES = ("base_displacement", "base_acceleration")  # of the ground, in place of the force
 
 
@@ -65,7 +65,9 @@ class Scene:
     )
     # constant force per mass [m/s^2] on the structure towards the near wall
     load: Callable[[Values], Any] | None = None
-    shaken: str = ""  # "Y" or one of `BASES`: the ground's motion, in place of the force
+    # "Y" or one of `BASES`: the ground's motion, in place of the force.  Positions, velocities and
+    # energies are relative to the ground, accelerations are absolute
+    shaken: str = ""
     body: str = "structure"  # the forced body
     second: str = ""  # the wall, "near" or "far", that may have a law of its own, `law_2`
     law: Law = HERTZ
@@ -171,21 +173,7 @@ class Scene:
         """The alternative parameters of the excitation, the default first: force or ground."""
         if "P" not in self.parameter_names:
             return ("Y", *BASES)
-        return ("P", *BASES) if self.absolute else ("P", "Y", *BASES)
-
-    @property
-    def absolute(self) -> bool:
-        """Whether positions are absolute if the ground moves; otherwise they are relative to it."""
-        return self.body == "structure"
-
-    @property
-    def foot(self) -> bool:
-        """Whether the foot of spring and dashpot moves in the coordinates of the kernels."""
-        return bool(self.shaken) and self.absolute
-
-    @property
-    def relative(self) -> bool:
-        return bool(self.shaken) and not self.absolute
+        return ("P", *BASES) if self.body == "structure" else ("P", "Y", *BASES)
 
     def own_of(self, names: Collection[str]) -> tuple[str, ...]:
         """Return the names of the parameters without the contact's; `names` chooses the drive."""
@@ -205,7 +193,7 @@ class Scene:
     @property
     def key(self) -> str:
         """A text that identifies the compiled kernels: the kind and the laws of its contacts."""
-        words = [self.kind + FOOT * self.foot]
+        words = [self.kind + MOVING * bool(self.shaken)]
         if self.law != HERTZ or self.law_2 is not None or self.optional:
             words += [self.law.name, self.law_2.name if self.law_2 else ""]
             words += [name for name in self.optional if name.startswith(DAMPING)]
@@ -295,8 +283,8 @@ _KINDS = (
         limit=lambda p: p["D"] + p["L"],
         obstacle=lambda p: {"limit": -p["L"], "obstacle": p["D"] + p["C"]},
     ),
-    # m x'' + c x' + k x = P cos(omega t) for x < C.  If spring, dashpot and stop stand on a base
-    # that moves by Y cos(omega t), x counts from the base, and P = m Y omega^2
+    # m x'' + c x' + k x = P cos(omega t) for x < C.  If spring, dashpot and stop stand on a ground
+    # that moves by Y cos(omega t), P = m Y omega^2
     Scene(
         kind="oscillator",
         meaning="impact oscillator: one mass with a stop",
@@ -345,8 +333,8 @@ BODIES: Mapping[str, str] = {**{scene.kind: scene.body for scene in _KINDS}, HOS
 
 def scene_of(key: str) -> Scene:
     kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
-    names = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
-    return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, names)
+    names = [*optional, *BASES[:1]] if kind.endswith(MOVING) else optional
+    return SCENES[kind.removesuffix(MOVING)].under(law or HERTZ.name, law_2, names)
 
 
 @dataclass(frozen=True)
@@ -355,7 +343,6 @@ class HostScene(Scene):
 
     of_walls: tuple[tuple[str, str], ...] = ()  # damper and side of each wall, as kernels have them
     settable: tuple[str, ...] = ()  # `General.allowed` without ratios
-    relative: bool = False
     unrecorded: tuple[str, ...] = (
         "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
     )  # fmt: skip

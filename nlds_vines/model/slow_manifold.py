@@ -356,6 +356,8 @@ def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
             f"the slow manifold is that of {wanted}: kind 'ssbl' with law 'restitution'; "
             f"this is {system.kind!r} with {laws!r}"
         )
+    if system.scene.shaken:
+        raise RequestError(f"{system.scene.shaken}: the slow manifold is that of a force P")
     for name in ("k2", "c2"):
         if p[name] != 0.0:
             raise RequestError(f"{name} = {p[name]!r}: the slow manifold is that of {wanted}: 0")

@@ -810,19 +810,11 @@ class Preset(System):
 
     @property
     def force(self) -> float:
-        """Amplitude of the harmonic force [N], or of the force due to the ground's motion."""
-        return float(self._cell["P"])
+        """Amplitude P of the harmonic force P cos(omega t) on the structure [N].
 
-    @property
-    def foot(self) -> complex | None:
-        """Amplitude Y of the foot's motion y = Re(Y exp(i omega t)) [m]; None if it is at rest.
-
-        Complex, since the force P cos(omega t) = k1 y + c1 dy/dt leads it.
+        If the ground moves, it is minus the structure's mass times the ground's acceleration.
         """
-        if not self.scene.foot:
-            return None
-        _, k1, c1 = self.structure
-        return self.force / complex(k1, c1 * self.parameters["omega"])
+        return float(self._cell["P"])
 
     @property
     def rest(self) -> float | None:
@@ -919,8 +911,8 @@ class Preset(System):
         """Return the records of dtype `CELL` for the kernels, one for each point of a grid.
 
         `grid` holds varied parameters and ratios by name, arrays that broadcast together.  If the
-        ground moves, P is the force that it exerts in each cell.  Raises `RequestError`, which
-        names parameter and value, if one is not allowed.
+        ground moves, P is as `force`.  Raises `RequestError`, which names parameter and value, if
+        one is not allowed.
         """
         if not grid:
             return self._cell.copy()
@@ -1089,7 +1081,7 @@ class General(System):
             dampers=tuple(damper.name for damper in self.dampers) if several else (),
             of_walls=tuple((name, wall.side) for name, wall in walls),
             settable=tuple(name for name in self.allowed if name not in RATIOS),
-            relative=not self.force,
+            shaken="" if self.force else GROUND,
         )
 
     @property

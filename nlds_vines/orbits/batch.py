@@ -81,6 +81,7 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         far=far,
         apart=None if scene.law_2 is None else True,
         load=None if scene.load is None else True,
+        ground=True if scene.shaken else None,
         arc=make_arc(settings.contact_tolerance, settings.nodes) if short else None,
         contact_steps=float(settings.steps),
         contact_tolerance=float(settings.stepped_to),
@@ -151,7 +152,6 @@ class Outputs:
             violation=rows(scene.limit is not None, 3),
             ends=rows(judged, 2, STATE_SIZE),
             response=rows("response" in want, codes.RESPONSE_COLUMNS),
-            **(responses.moving(scene) if "response" in want else {}),
             touches=rows(touches > 0, touches, codes.TOUCH_COLUMNS, value=np.nan),
         )
         return cls(buffers, rows(judged, codes.LENGTH_OF_ROW), np.zeros(shape, np.int64))

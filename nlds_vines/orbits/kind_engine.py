@@ -166,7 +166,6 @@ class Beginning(NamedTuple):
         system, scene = self.system, self.system.scene
         stops = samples if "trajectory" in record else 1
         has_states = "section" in record or "trajectory" in record
-        responds = "response" in record
         cell = CellBuffers(
             section=np.empty((periods * stops, len(scene.components))) if has_states else None,
             impacts=room_for_impacts(16 + 4 * periods) if "impacts" in record else None,
@@ -174,8 +173,7 @@ class Beginning(NamedTuple):
             peak=np.zeros(2) if "peak" in record else None,
             clearance=np.full(1, np.inf) if "clearance" in record else None,
             violation=None if scene.limit is None else np.zeros(3),
-            response=np.full(RESPONSE_COLUMNS, np.nan) if responds else None,
-            **(responses.moving(scene) if responds else {}),
+            response=np.full(RESPONSE_COLUMNS, np.nan) if "response" in record else None,
         )
         while True:
             state, span = self.state.copy(), Span(transient, periods, stops)

@@ -1,7 +1,8 @@
 """The quantities of a response: names, units, and their values from the buffers of kernels.
 
 Largest values are exact in time, not sampled; rms values and mean powers are integrals over time.
-With a moving foot x1 is absolute, and x1 - y, the displacement from the foot, is a quantity too.
+If the ground moves, x1 and v1 are relative to it and a1 is absolute; the absolute displacement
+is a quantity of its own.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.model.linear_response import alone, foot_amplitude
+from nlds_vines.model.linear_response import alone, ground_amplitude
 from nlds_vines.model.quantities import Quantity, stored_in
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import General, Preset
@@ -44,11 +45,6 @@ def host_objectives(system: General, name: str) -> dict[str, str]:
     return {**dict.fromkeys(ENERGIES, "J"), **quantities}
 
 
-def moving(scene: Scene) -> dict[str, bool | None]:
-    """Return whether the foot moves, or the ground that positions are relative to, or None."""
-    return {"foot": True if scene.foot else None, "ground": True if scene.relative else None}
-
-
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
     return tuple(entry for entry in stored_in("response") if entry.has(scene))
 
@@ -59,7 +55,7 @@ def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, 
     A reduction is 1 - q / (q of the structure alone), NaN if the latter is 0.
     """
     arrays: dict[str, np.ndarray] = {}
-    reference = alone(cells) if scene.damper else {}
+    reference = alone(cells, shaken=bool(scene.shaken)) if scene.damper else {}
     for entry in quantities_of(scene):
         if entry.dims:
             first = entry.column or 0
@@ -68,8 +64,8 @@ def arrays_of(filled: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, 
         else:
             values = entry.from_buffer(filled)
         if entry.name == "transmissibility":
-            with np.errstate(all="ignore"):  # NaN for a foot at rest
-                values = values / (np.sqrt(0.5) * foot_amplitude(cells))
+            with np.errstate(all="ignore"):  # NaN for a ground at rest
+                values = values / (np.sqrt(0.5) * ground_amplitude(cells))
         if entry.name == ("stroke_max" if scene.damper else "x1_max"):
             # a touch is located to round-off, so a displacement that close to a stop is at it
             for wall in scene.walls:

@@ -231,16 +231,17 @@ def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndar
 def length_unit(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 
-    It is the static deflection P / k1; if that is 0 or infinite, the largest of P / (m1 omega^2)
-    and the distances of the walls; if these are 0 too, `FALLBACK_LENGTH`.
+    It is the static deflection |P| / k1; if that is 0 or infinite, the largest of
+    |P| / (m1 omega^2) and the distances of the walls; if these are 0 too, `FALLBACK_LENGTH`.
     """
 
     def is_length(values: np.ndarray) -> np.ndarray:
         return (values >= 1e-15) & (values <= 1e6)
 
     with np.errstate(all="ignore"):
-        static = cells["P"] / cells["k1"]
-        inertial = cells["P"] / (cells["m1"] * cells["omega"] * cells["omega"])
+        force = np.abs(cells["P"])
+        static = force / cells["k1"]
+        inertial = force / (cells["m1"] * cells["omega"] * cells["omega"])
     walls = np.maximum(np.abs(cells["near"]), np.abs(cells["far"]))
     other = np.maximum(np.where(is_length(inertial), inertial, 0.0), walls)
     return np.select([is_length(static), is_length(other)], [static, other], FALLBACK_LENGTH)

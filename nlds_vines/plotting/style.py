@@ -15,7 +15,7 @@ from typing import Any
 from nlds_vines.errors import MOST_CHARACTERS, printable
 from nlds_vines.model.parameters import DESCRIBED, PHASE
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
-from nlds_vines.model.scenes import BODIES, FOOT
+from nlds_vines.model.scenes import BODIES, MOVING
 
 CM = 1 / 2.54  # one centimeter in inches
 WIDTH = 16 * CM  # width in inches of a picture over two columns
@@ -101,7 +101,7 @@ def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCT
 
 def body_of(kind: object) -> str:
     """Return the word for the forced body of a kind of system, named as in archives."""
-    return BODIES.get(str(kind).removesuffix(FOOT), STRUCTURE)
+    return BODIES.get(str(kind).removesuffix(MOVING), STRUCTURE)
 
 
 def start_colors(starts: Sequence[str]) -> list[str]:

@@ -221,6 +221,8 @@ def _forces(
     harmonic = place.system.harmonic_forces(time)
     for i, (name, values) in enumerate(harmonic.items()):
         label = r"$P\,\cos\,\omega t$" if len(harmonic) == 1 else typeset(name)
+        if place.scene.shaken:
+            label = "moving ground"
         dashes = {"linestyle": _DASHES[i % len(_DASHES)]}
         lines.append(Line(values / 1000, FORCE, label, dashes))
     contacts = place.system.contact_forces(states)

@@ -36,7 +36,7 @@ from nlds_vines.model.parameters import (
     symbol_of,
 )
 from nlds_vines.model.presets import refuse_foreign
-from nlds_vines.model.quantities import BY_NAME, OF_LOADS, of_load, stored_in
+from nlds_vines.model.quantities import BY_NAME, OF_KNOWN_GROUND, OF_LOADS, of_load, stored_in
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -271,13 +271,11 @@ class Tuning(Request):
         if isinstance(self.system, General):
             return {name: of_load(name).unit for name in names_of_numbers(self.history)}
         # contacts need walls, accelerations and contact forces a law under which impacts take time,
-        # impulses one under which they do not, and the drift an acceleration of the ground
+        # and impulses one under which they do not
         excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
-        excluded |= {"damping_ratio", "balance", "drift_max"}
+        excluded |= {"damping_ratio", "balance"}
         if not scene.walls:
             excluded |= {"share_contact", "impact_count"}
-        if self.history.load.shaken:
-            excluded -= {"drift_max"}
         return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}
 
     @property
@@ -364,6 +362,12 @@ class Tuning(Request):
     def _check_names(self) -> None:
         scene, search, history, names = self.system.scene, self.search, self.history, self.names
         over, uncertain = [axis.name for axis in self.over], [one.name for one in self.uncertain]
+        plain = search.objective.rpartition(".")[2]
+        if self.history is not None and plain in OF_KNOWN_GROUND:
+            raise RequestError(
+                f"objective = {search.objective!r}: under a load the displacement of the ground is "
+                "not known; displacements are relative to it"
+            )
         if search.objective not in self.objectives:
             both, parameters = scene.law_2 is not None, self.system.parameters
             scenes = {law: scene.under(law, law if both else "", parameters) for law in LAWS}

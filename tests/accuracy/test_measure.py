@@ -146,6 +146,10 @@ def test_the_equation_is_that_of_the_motion():
     depth = 1e-3
     pressed = equation(SET6)(0.0, p["C"] + depth, 0.0, SET6.rest, 0.0)
     assert pressed[3] * p["m2"] == pytest.approx(p["k2"] * (p["C"] + depth) + SET6.K * depth**1.5)
+    # minus the acceleration of the ground acts on both bodies
+    shaken = SET6.with_(base_acceleration=0.5)
+    still = equation(shaken)(0.0, 0.0, 0.0, shaken.rest, 0.0)
+    assert still == pytest.approx([0.0, -0.5, 0.0, -0.5])
 
 
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]

@@ -10,6 +10,7 @@ import nlds_vines as nv
 from nlds_vines.archives import archive
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.provenance import SCHEMA
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.bifurcation.picture.maps import IN_TITLE, manifold_bounds
 from nlds_vines.plotting.page import page_of
@@ -42,7 +43,7 @@ def made(path, axes, numbers, labels, shares=0.0, points=None):
     scales += [Scale("number", np.arange(lengths["number"]), "1", TEXT)]
     scales += [Scale("component", np.array(["x", "v"]), "1", TEXT)]
     pieces = [(n, (slice(None),) * len(dims), values) for n, (dims, _, values) in tables.items()]
-    about = {"title": "made up", "scan": "", "scan_hash": "0", "schema": 1}
+    about = {"title": "made up", "scan": "", "scan_hash": "0", "schema": SCHEMA}
     archive.write(path, Table.of(datasets, lengths), scales, pieces, lambda: about)
     return nv.read(path)
 

@@ -23,13 +23,21 @@ SYSTEMS = {
     "kelvin-voigt": SET_6.with_(law="kelvin-voigt", kc=2e4, cc=30.0),
     "two laws": System("oscillator-2", TWO_STOPS | TWO_LAWS, law="linear", law_2="restitution"),
     "sticking": System("ball", BALL, law="restitution"),
+    "moving ground": SET_6.with_(base_acceleration=0.8),
+    "stuck on moving ground": SET_6.with_(
+        base_displacement=0.02, law="restitution", e=0.0, C=-0.02
+    ),
 }
 STEPPED = ("m2", "C", "omega", "K", "exponent", "hunt_crossley")
 """Of "power": one of a body, a place and the drive, and the law's; others vary the same steps."""
+ON_GROUND = ("m1", "m2", "omega", "base_acceleration", "base_displacement")
+"""On moving ground: what changes the force on either body, and how they move as one mass."""
+FEW = {"power": STEPPED, "moving ground": ON_GROUND, "stuck on moving ground": ON_GROUND}
 PAIRS = [
     (name, parameter)
     for name, system in SYSTEMS.items()
-    for parameter in (STEPPED if name == "power" else system.parameters)
+    for parameter in system.parameters
+    if parameter in FEW.get(name, system.parameters)
 ]
 
 
@@ -50,6 +58,7 @@ def starts():
     """Return a state of each system, after some periods from rest."""
     begun = {name: np.zeros(len(system.scene.components)) for name, system in SYSTEMS.items()}
     begun["sticking"][:] = 0.01, 0.1
+    begun["stuck on moving ground"][2] = -0.03  # in front of the wall
     return {name: image(SYSTEMS[name], y, 12, 1e-12) for name, y in begun.items()}
 
 

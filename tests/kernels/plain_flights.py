@@ -271,7 +271,14 @@ def test_cells_are_short_beside_the_rate_and_no_more_than_memory_holds():
 )
 def test_numbers_that_are_allowed(changes, rk4, fine):
     cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
-    parts = Parts(rk4, True, NEAR, FAR, None, None, None, 0.0, 0.0, 0.0)
+    parts = Parts(rk4, True, NEAR, FAR, None, None, None, None, 0.0, 0.0, 0.0)
+    assert bool(allowed(parts, cell)) is fine
+
+
+@pytest.mark.parametrize(("P", "fine"), [(-1.0, True), (-math.inf, False)])
+def test_the_force_of_a_moving_ground_may_be_negative(P, fine):
+    cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, "P": P})
+    parts = Parts(None, True, NEAR, FAR, None, None, True, None, 0.0, 0.0, 0.0)
     assert bool(allowed(parts, cell)) is fine
 
 

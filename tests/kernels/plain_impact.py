@@ -16,7 +16,7 @@ from nlds_vines.kernels.impact import impact, inside
 from nlds_vines.kernels.impact.arc import ARC, CHOICES, LEVEL, choices_for, make_arc
 from nlds_vines.kernels.impact.inside import motion_of_touch, tally_nodes
 from nlds_vines.kernels.motion.flight import rate_of
-from nlds_vines.kernels.motion.response_sums import BEGIN, CV, CX, MOST, SIZE, SUMS, Tally
+from nlds_vines.kernels.motion.response_sums import CS, CV, MOST, NUMBERS, SIZE, SUMS, Tally
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 from nlds_vines.kernels.scene.drive import Moment, later
 from nlds_vines.kernels.scene.scene import accelerations, with_load
@@ -342,14 +342,14 @@ def test_a_record_out_of_reach_is_not_looked_for(monkeypatch, arc):
 def test_a_response_is_that_of_all_steps(monkeypatch, arc):
     """And of an impact that is known the same again. Notices: sums that begin with those before."""
     side, rows = IMPACT.side(arc), np.zeros((3, SIZE))
-    rows[:, :SUMS], rows[:, MOST:BEGIN] = 1e-3, 1e-6
+    rows[:, :SUMS], rows[:, MOST:NUMBERS] = 1e-3, 1e-6
     tallies = [Tally(row, None, None) for row in rows]
     contact(side, NOTHING._replace(tally=tallies[0]), PHASE, TOUCH, math.inf)
     inside.tally_inside(side, tallies[1], PHASE, TOUCH, TOUCH)
     monkeypatch.setattr(inside, "contact", None)
     inside.tally_inside(side, tallies[2], PHASE, TOUCH, TOUCH)
-    np.testing.assert_allclose(rows[1, :BEGIN], rows[0, :BEGIN], rtol=1e-14)
-    np.testing.assert_array_equal(rows[2, :BEGIN], rows[1, :BEGIN])
+    np.testing.assert_allclose(rows[1, :NUMBERS], rows[0, :NUMBERS], rtol=1e-14)
+    np.testing.assert_array_equal(rows[2, :NUMBERS], rows[1, :NUMBERS])
 
 
 def loaded(load, **changes):
@@ -511,16 +511,16 @@ def test_its_response_is_that_of_small_steps(kind, tolerance):
         ]
         row[MOST : MOST + 3] = np.abs(seen)[:, [0, 1, 3]].max(axis=0)
         row[MOST + 3] = abs(wall.gap)
-        mine, true = Tally(row.copy(), None, ground), Tally(row.copy(), None, ground)
+        mine, true = Tally(row.copy(), ground, None), Tally(row.copy(), ground, None)
         if not tally_nodes(side, mine, moment, touch, (s, x1, v1, took)):
-            assert (mine.row[:BEGIN] == row[:BEGIN]).all()
+            assert (mine.row[:NUMBERS] == row[:NUMBERS]).all()
             continue
         added += 1
         contact(side_of(parts, steps=SMALL_STEPS), NOTHING._replace(tally=true), moment, touch, 1e3)
         scale = np.where(true.row > 0.0, true.row, 1.0)
         scale[MOST], most = scale[MOST] + touch[1] * took, np.abs(moment.w).sum()
-        scale[CV], scale[CX] = (most * math.sqrt(true.row[i] * took) for i in (1, 4))
-        off = np.abs(mine.row - true.row)[:BEGIN] / scale[:BEGIN]
+        scale[CV], scale[CS] = (most * math.sqrt(true.row[i] * took) for i in (1, 4))
+        off = np.abs(mine.row - true.row)[:NUMBERS] / scale[:NUMBERS]
         assert off[SUMS:].max() <= tolerance + 1e-13
         assert off[:SUMS].max() <= 10 * tolerance + 1e-12  # places within an arc are less known
     assert added >= 2

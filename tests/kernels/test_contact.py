@@ -308,7 +308,7 @@ def near_orbit(level, method, stops):
     cell = kernel_cell(**{**SSBL, "K": 1e6, "near": 0.02, "rest": 0.1, "limit": level})
     rk4 = None if method == "exact" else True
     parts = Parts(
-        rk4, True, WALLS["hertz", False], None, None, None, make_arc(), 28.0, np.inf, 4096.0
+        rk4, True, WALLS["hertz", False], None, None, None, None, make_arc(), 28.0, np.inf, 4096.0
     )
     state, section, violation = np.zeros(STATE_SIZE), np.zeros((FOLLOWED * stops, 4)), np.zeros(3)
     buffers = CellBuffers(section=section, violation=violation)

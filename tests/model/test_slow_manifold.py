@@ -143,6 +143,7 @@ def test_without_loss_in_impacts_all_is_sustained_and_no_clearance_is_the_best(e
         ("vi-nes", {"C": 60.0}, "C = 60.0 and D = 75.0"),
         ("vi-nes", {"k1": 0.0}, "k1 = 0"),
         ("vi-nes", {"P": 0.0}, "P = 0"),
+        ("vi-nes", {"base_acceleration": 1.0}, "base_acceleration"),
     ],
 )
 def test_other_systems_have_none_and_are_told_why(system, changes, message, error_of):

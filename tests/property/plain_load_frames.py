@@ -64,7 +64,6 @@ class Loaded(Twin):
 
     def __init__(self, system, shaken):
         super().__init__(system, **{"ground" if shaken else "force": load_at})
-        self.shaken = shaken
 
     def integrands(self, a1, lost, t, y):
         v1, v2 = y[V1] - y[W], y[V2] - y[W]
@@ -125,8 +124,6 @@ def numbers_of(twin, course):
         numbers[f"last_{100 * share:g}"] = course.last_above(
             lambda t, y: twin.energies(y)[0], share * most
         )
-    if twin.shaken:
-        numbers["drift_max"] = numbers["x1_max"]
     if not twin.rigid:
         numbers["a1_max"] = course.largest(lambda t, y: twin.at(t, y)[0])[0]
     depths = [

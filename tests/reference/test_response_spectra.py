@@ -113,7 +113,6 @@ def test_response_histories_have_the_spectrum_s_largest_numbers():
         duration=55.0, quiet=True,
     )  # fmt: skip
     spectrum = nv.response_spectrum(MOTION, ZETA, PERIODS)
-    assert (histories["drift_max"] == histories["x1_max"]).all()
     for mine, other in (("x1_max", "displacement"), ("a1_max", "absolute_acceleration")):
         expected = getattr(spectrum, other)
         np.testing.assert_allclose(histories[mine][0, ::-1], expected, rtol=9e-6)

@@ -420,7 +420,11 @@ WRONG = {
         ({"sampling": {"duration": 3.0}}, "duration is not used without [load]"),
         ({**BLOW, "search": {"objective": "last_2"}}, "did you mean 'last_1'"),
         ({**BLOW, "search": {"objective": "balance"}}, "unknown objective 'balance'"),
-        ({**BLOW, "search": {"objective": "drift_max"}}, "unknown objective 'drift_max'"),
+        (
+            {**BLOW, "search": {"objective": "x1_abs_max"}},
+            "displacement of the ground is not known",
+        ),
+        ({"search": {"objective": "x1_abs_max"}}, "unknown objective 'x1_abs_max'"),
         ({**COARSE, "over": {"k1": {"values": [40000.0, 4e6]}}}, "the natural period 0.09"),
         ({**COARSE, "over": {"f1": {"values": [1.0, 11.0]}}}, "the natural period 0.0909"),
         ({**BLOW, "over": {"noise.seed": {"values": [1]}}}, "the load has 0 of 'noise'"),
@@ -731,9 +735,8 @@ SHAKEN = {"rectangular": {"peak": 0.2, "length": 2.0, "unit": "g"}}
     [
         ("a1_max", {"load": SHAKEN}, "absolute acceleration"),
         ("x1_max", {"load": SHAKEN}, "relative to the ground"),
-        ("drift_max", {"load": SHAKEN}, "relative to the moving ground"),
-        ("x1_max", {"set": {"base_acceleration": 1.0}}, "x1 of the structure, absolute"),
-        ("drift_max", {"set": {"base_acceleration": 1.0}}, "relative to its foot"),
+        ("x1_max", {"set": {"base_acceleration": 1.0}}, "relative to the ground"),
+        ("x1_abs_max", {"set": {"base_acceleration": 1.0}}, "absolute displacement"),
     ],
 )
 def test_an_objective_says_its_frame(objective, load, words):

@@ -107,7 +107,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
 @jit
 def checked_cell(parts, cell, stops, begun):
     """Return (status, the `Prepared` cell); the cell is valid only if the status is OK."""
-    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_under(parts, cell), damper_of(parts.damper, cell)
     n, period = cells_of(ps, damper), 2.0 * math.pi / ps.omega
     prepared = prepared_cell(parts, cell, ps, damper, max(n, 1), stops, begun)
     if not allowed(parts, cell):
@@ -160,7 +160,7 @@ def run_cell(parts, cell, state, span, buffers):
     # the sampled periods
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
-        tally = begin_tally(buffers.response, buffers.foot, buffers.ground, ps, state)
+        tally = begin_tally(buffers.response, parts.ground, parts.ground, ps, state)
         energy = peak if buffers.energy is None else buffers.energy
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts, energy,
@@ -169,7 +169,7 @@ def run_cell(parts, cell, state, span, buffers):
         sampled = Span(first, span.periods, span.stops)
         status = run(prepared, wanted, sampled, state, None, None)
         time = span.periods * (2.0 * math.pi / ps.omega)
-        report(buffers.response, tally, ps, damper, state, time)
+        report(buffers.response, tally, ps, damper, time)
         # the largest energies of the whole run include those of the sampled periods
         if buffers.energy is not None and peak is not None:
             peak[0], peak[1] = max(peak[0], buffers.energy[0]), max(peak[1], buffers.energy[1])

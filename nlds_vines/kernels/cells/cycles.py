@@ -119,7 +119,7 @@ def trace(parts, cell, changes, phase, y, traced):
     volume += flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
     traced.numbers[LOG_DETERMINANT] = volume
     # the derivatives of the image of y by the parameters
-    ps, damper = structure_under(parts.load, cell[0]), damper_of(parts.damper, cell[0])
+    ps, damper = structure_under(parts, cell[0]), damper_of(parts.damper, cell[0])
     slopes, rows = traced.slopes, np.zeros(16)
     rates = np.zeros((len(slopes), RATE_COLUMNS))
     for m in range(len(slopes)):
@@ -173,12 +173,11 @@ def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
         violation = None if extremes.violation is None else extremes.violation[lane]
         buffers = CellBuffers(
             None, None, None, impacts, extremes.energy[lane], None, None, violation, None, None,
-            None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(None, periods[lane], 1), buffers)
         filled = min(impacts.filled[0], MOST_NOTED + 1)
         if filled > 1 and math.isnan(rows[filled - 1, RELEASE]):
-            period = 2.0 * math.pi / structure_under(parts.load, cells[lane]).omega
+            period = 2.0 * math.pi / structure_under(parts, cells[lane]).omega
             rows[filled - 1, RELEASE] = rows[0, RELEASE] + periods[lane] * period
         for i in range(min(filled - 1, touches.shape[1])):
             for c in range(4):

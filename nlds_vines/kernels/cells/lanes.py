@@ -67,9 +67,7 @@ def buffers_of(parts, buffers, span, chain, link):
         lane_of(buffers.clearance, chain, link),
         lane_of(buffers.violation, chain, link),
         lane_of(buffers.response, chain, link),
-        buffers.foot,
         None,
-        buffers.ground,
     )
 
 

@@ -40,6 +40,7 @@ from ..scene.scene import (
     joined,
     moved_mass,
     near_constants,
+    shaken_by,
     shared,
     structure_under,
 )
@@ -80,13 +81,10 @@ class Load(NamedTuple):
 @jit
 def structure_moved(parts, shaken, cell):
     """Return the `Structure` of a cell under a load in N; shaken: as in `Load`."""
-    ps = structure_under(parts.load, cell)
-    if parts.damper is None or is_a(parts.damper, Ground):
-        on_damper: Any = None
-    else:
-        on_damper = shaken
+    ps = structure_under(parts, cell)
     return Structure(
-        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load, on_damper
+        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load,
+        shaken_by(shaken, parts.damper),
     )  # fmt: skip
 
 
@@ -155,7 +153,7 @@ def buffers_for(impacts, violation, edges, room):
         rows = Impacts(np.empty((room, IMPACT_COLUMNS)), np.zeros(1, np.int64))
     return CellBuffers(
         None, np.empty((edges, 4)), None, rows, None, np.zeros(2), None,
-        broken, np.empty(RESPONSE_COLUMNS), None, np.empty((edges, EDGE_SUMS)), None,
+        broken, np.empty(RESPONSE_COLUMNS), np.empty((edges, EDGE_SUMS)),
     )  # fmt: skip
 
 
@@ -180,7 +178,7 @@ def fly_under(parts, cell, load, state, buffers):
             return TOO_STIFF
     on_ground(damper, state)
     limit_log = begin_limit_log(buffers.violation, cell.limit, state)
-    tally = begin_tally(buffers.response, None, load.shaken, ps, state)
+    tally = begin_tally(buffers.response, load.shaken, None, ps, state)
     start_energy(ps, damper, buffers.peak, state)
     first, status = 0, OK
     while first < len(edges) - 1 and status == OK:
@@ -218,7 +216,7 @@ def fly_under(parts, cell, load, state, buffers):
             jump(prepared, tally, load.jumps[first], state)
             at_edge(prepared, buffers, tally, first, state)
     if status == OK:
-        report(buffers.response, tally, ps, damper, state, edges[len(edges) - 1] - edges[0])
+        report(buffers.response, tally, ps, damper, edges[len(edges) - 1] - edges[0])
         report_violation(buffers.violation, limit_log)
         if overflowed(buffers.peak) or overflowed(buffers.response):
             return DIVERGED

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from ..motion.driven import Driven, constants_of, count_of, rows_of, source_of
 from ..motion.flight import FACTOR, ORDER
 from ..motion.load_cells import Loaded, phase_of
-from ..motion.response_sums import absolute, add_from_foot, add_state
+from ..motion.response_sums import absolute, add_displaced, add_state
 from ..motion.taylor import (
     advance,
     defect_of,
@@ -379,12 +379,8 @@ def start_at_rest(side, tangent, tally, phase):
                     k[at + j] += t * adds[j]
     if tally is not None:
         # The tally takes the time t, in which the state rests.
-        add_state(tally.row, t, y, absolute(tally.ground, dv, c), c, phase)
-        if tally.foot is not None:
-            foot, (cosine, sine) = tally.foot, phase
-            relative = x1 - (foot.cosine * cosine + foot.sine * sine)
-            rate = v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine)
-            add_from_foot(tally.row, t, relative, rate)
+        add_state(tally.row, t, y, absolute(tally.ground, dv, c), c)
+        add_displaced(tally, t, x1, c)
     return t
 
 

@@ -21,8 +21,8 @@ from ..events.contact import Steps, contact
 from ..motion.driven import carried, columns_of, put_columns
 from ..motion.response_sums import (
     BEFORE,
-    BEGIN,
     MOST,
+    NUMBERS,
     OF_A,
     OF_FORCE,
     OF_R,
@@ -30,7 +30,6 @@ from ..motion.response_sums import (
     OF_X,
     SUMS,
     absolute,
-    beside,
     in_absolute,
     place_of_largest,
     raise_to,
@@ -103,6 +102,14 @@ from .impact import (
 # series by the small numbers. Errors of the variations are those of the impact, its tolerance,
 # relative to the largest component.
 #
+# On moving ground P/m1 cos(omega t) is an acceleration F of both bodies and no part of e. In an
+# inertial frame nothing drives the common motion. Let f be the integral of F, and let t include t0.
+# Then x - f t and v - F t obey the equations above with V - f in place of V and with
+#
+#     e = -k1/m1 (x - f t) - c1/m1 (v - F t) - (k1/m1 f + c1/m1 F) t
+#
+# (`push_by_time`). They are converted at the beginning and at the end of the arc (`swept`).
+#
 # A four holds the four variations, at little more cost than one.
 
 
@@ -136,8 +143,25 @@ PARTIAL, AT_NODE = Partial(), AtNode()
 
 
 @jit
+def swept(ps, cosine, sine):
+    """Return (f, F) at a phase, the velocity and the acceleration by which moving ground sweeps."""
+    if ps.shaken is None:
+        return 0.0, 0.0
+    return (ps.force / ps.omega) * sine, ps.force * cosine
+
+
+@jit
+def push_by_time(ps, cosine, sine):
+    """Return the derivative of e by the time."""
+    if ps.shaken is None:
+        return (0.0 - ps.force * ps.omega) * sine
+    f, both = swept(ps, cosine, sine)
+    return 0.0 - (ps.stiffness * f + ps.damping * both)
+
+
+@jit
 def linearize(side, nodes, approach):
-    """Fill the partial derivatives of the linearized equations at the nodes.
+    """Fill the partial derivatives of the linearized equations, and V - f, at the nodes.
 
     They follow from d(ln per) = u^2 per/u da - 6 (1 + a u per) db / b, per = u / den.
     """
@@ -152,7 +176,9 @@ def linearize(side, nodes, approach):
         u2 = u * u
         z, s = b4 * u2, (wall.speed * (b4 * b)) * S_u
         cosine, sine = cos_sin(ps.omega * four_at(w, ARC.times + i))
-        push = ps.force * (c * cosine - d * sine)
+        cosine, sine = c * cosine - d * sine, d * cosine + c * sine
+        push = ps.force * cosine
+        push = push - shared(ps, push)
         push = push - (
             ps.stiffness * four_at(w, ARC.common_x + i) + ps.damping * four_at(w, ARC.common_v + i)
         )
@@ -172,7 +198,9 @@ def linearize(side, nodes, approach):
         b_e, t_e = sign * b_a, sign * t_a
         b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_a * a_b
         t_b = dt * per_b * (5.0 - 6.0 * grows) + t_a * a_b
-        put_four(w, PARTIAL.e_t + i, (0.0 - ps.force * ps.omega) * (d * cosine + c * sine))
+        f, _ = swept(ps, cosine, sine)
+        put_four(w, ARC.slope_v + i, four_at(w, ARC.common_v + i) - f)
+        put_four(w, PARTIAL.e_t + i, push_by_time(ps, cosine, sine))
         put_four(w, PARTIAL.b_e + i, b_e)
         put_four(w, PARTIAL.b_b + i, b_b)
         put_four(w, PARTIAL.t_e + i, t_e)
@@ -197,6 +225,7 @@ def guess(side, nodes, approach, pushes, faster):
     per = 2.5 * side.sign * approach.s / (tick * tick)
     climbs, bends = per * approach.drift, 2.0 * per / tick * approach.curvature
     twists = ps.force * ps.omega * ps.omega * ps.omega * approach.phase[1]
+    twists = twists - shared(ps, twists)
     twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
     # the shares
     z0 = (b0 * b0) * (b0 * b0)
@@ -228,17 +257,33 @@ def guess(side, nodes, approach, pushes, faster):
 def pushes_varied(ps, damper, approach, late, x, v):
     """Return e at touch and its first four derivatives by time, without b and t.
 
+    The common motion is accelerated by (1 - share) e, and on moving ground by its force in full.
+
     late: t0 [s]; x, v: variations of the common motion at the touch.
     """
     other, omega = 1.0 - damper.share, ps.omega
     drag, pull = ps.damping * other, ps.stiffness * other
     c, d = approach.phase
     sine, cosine = (ps.force * omega * d) * late, (ps.force * omega * c) * late
-    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
-    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
-    second = (omega * omega) * sine - (pull * push + drag * first)
-    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
-    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
+    if ps.shaken is None:
+        push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
+        first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
+        second = (omega * omega) * sine - (pull * push + drag * first)
+        third = (omega * omega * omega) * cosine - (pull * first + drag * second)
+        fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
+    else:
+        push = 0.0 - (ps.stiffness * x + ps.damping * v)
+        rate = 0.0 - sine
+        first = 0.0 - (ps.stiffness * v + drag * push + ps.damping * rate)
+        second = 0.0 - (pull * push + drag * first + ps.stiffness * rate)
+        rate = (0.0 - omega) * cosine
+        second = second - ps.damping * rate
+        third = 0.0 - (pull * first + drag * second + ps.stiffness * rate)
+        rate = (omega * omega) * sine
+        third = third - ps.damping * rate
+        fourth = 0.0 - (pull * second + drag * third + ps.stiffness * rate)
+        rate = (omega * omega * omega) * cosine
+        fourth = fourth - ps.damping * rate
     return push, first, second, third, fourth
 
 
@@ -260,7 +305,7 @@ def slopes_of_motion(nodes):
         t = w[PARTIAL.t_e + i] * e + w[PARTIAL.t_b + i] * b
         v = w[PARTIAL.v_e + i] * e + w[PARTIAL.v_b + i] * b
         put_four(w, AT_NODE.slope_t + k, t)
-        put_four(w, AT_NODE.slope_w + k, w[ARC.common_v + i] * t - w[ARC.times + i] * v)
+        put_four(w, AT_NODE.slope_w + k, w[ARC.slope_v + i] * t - w[ARC.times + i] * v)
         put_four(w, AT_NODE.slope_v + k, v)
 
 
@@ -329,7 +374,8 @@ def solve_variations(side, nodes, approach, took, tangent):
     """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc.
 
     took [s]: its duration. Returns (start, push, faster): the differences (t0, b, x, v) at the
-    touch, the variation of the push there, and that of the approach speed, relative.
+    touch, as they are integrated, the variation of the push there, and that of the approach speed,
+    relative.
     """
     ps, damper, sign, rate = side.ps, side.damper, side.sign, side.rate
     linearize(side, nodes, approach)
@@ -348,6 +394,8 @@ def solve_variations(side, nodes, approach, took, tangent):
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
+    f, both = swept(ps, approach.phase[0], approach.phase[1])
+    x, v = x - f * late, v - both * late
     # The variations of the small numbers: the tick is proportional to s^(-1/5), the contact's
     # acceleration to s^(6/5).
     push, first, second, _, _ = pushes
@@ -434,8 +482,9 @@ def vary(side, phase, before, after, tangent):
     late = approach.tick * of_t
     longer = approach.tick * error_t - (0.2 * late) * faster
     b, t = b + approach.b * (error_b + (0.2 * of_b) * faster), t + longer
-    x = x + approach.v * longer
-    v = v + (approach.acceleration * longer + ((1.0 - share) * late) * push)
+    f, both = swept(ps, phase[0], phase[1])
+    x = x + (approach.v - f) * longer
+    v = v + ((approach.acceleration - both) * longer + ((1.0 - share) * late) * push)
     # At equal time, t0 + t before the wall is left; b^5 is nearly that of the last node.
     s, x1, v1, _ = after
     last = w[ARC.amplitudes + n - 1]
@@ -443,9 +492,11 @@ def vary(side, phase, before, after, tangent):
     off = -s / (wall.speed * (last2 * last2 * last)) - 1.0
     last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))
     speed = (5.0 * s / last) * b
-    drive = drive_now(later(ps, phase, took))
-    dv, ds = accelerations_at(side, ps, (x1, v1, wall.gap, s), drive, 0.0)
+    released = later(ps, phase, took)
+    dv, ds = accelerations_at(side, ps, (x1, v1, wall.gap, s), drive_now(released), 0.0)
     back = start[0] + t
+    f, both = swept(ps, released[0], released[1])
+    x, v = x + f * back, v + both * back
     v = v + (sign * share) * speed
     x, v, r, speed = carried((x, v, four(0.0), speed), (v1, dv, s, ds), 0.0 - back)
     put_columns(tangent, (x, v, sign * r, sign * speed))
@@ -517,7 +568,7 @@ def sums_at_nodes(side, nodes, approach, ground):
         put_four(w, MOTION.jerk + i, jerk - in_absolute(ground, falls))
         of_x, of_v, of_a = of_x + dt * x1 * x1, of_v + dt * v1 * v1, of_a + dt * a1 * a1
         of_r, of_s, work = of_r + dt * r * r, of_s + dt * s * s, work + dt * drive * v1
-        other = other + dt * drive * beside(approach.phase, x1, sign * s)
+        other = other + dt * drive * (sign * s)
     return (
         sum_of(of_x), sum_of(of_v), sum_of(of_a), sum_of(of_r), sum_of(of_s), sum_of(work),
         sum_of(other),
@@ -635,7 +686,7 @@ class Recalled(NamedTuple):
 
     touch: int = 0  # (s, x1, v1, cos, sin)
     rises: int = 5  # by which E1 and E2 exceed their values at touch, and those at release
-    share: int = 9  # its share of a response: a tally's row up to BEGIN
+    share: int = 9  # its share of a response: the NUMBERS of a tally's row
     cut: int = 29  # time [s] from touch to the section that cut it, and (q, s, x1, v1) there
     to_cut: int = 34  # unit variations (16,) carried from touch to the cut
     from_cut: int = 50  # the same from the cut to the release
@@ -962,12 +1013,12 @@ def tally_inside(side, tally, phase, now, after):
     w, row = side.arc.table, tally.row
     at = place_of(side, phase, (now[1], now[2], now[3])) + RECALLED.share
     if not w[at] >= 0.0:
-        for i in range(BEGIN):
+        for i in range(NUMBERS):
             row[BEFORE + i], row[i] = row[i], 0.0
         contact(side, Watch(None, None, None, None, None, tally), phase, now, math.inf)
-        for i in range(BEGIN):
+        for i in range(NUMBERS):
             w[at + i], row[i] = row[i], row[BEFORE + i]
     for i in range(SUMS):
         row[i] += w[at + i]
-    for i in range(MOST, BEGIN):
+    for i in range(MOST, NUMBERS):
         raise_to(row, i, w[at + i])

@@ -192,7 +192,8 @@ def vary_at_impact(side, before, after, stuck, c, tangent):
     (s, x1, v1), r = after, 0.0 * late
     if stuck:
         alone = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
-        common = v1, (1.0 - damper.share) * alone, 0.0, 0.0
+        both = shared(ps, ps.force * c)
+        common = v1, (1.0 - damper.share) * (alone - both) + both, 0.0, 0.0
         v = v - damper.share * u
         put_columns(tangent, carried((x, v, r, 0.0 * u), common, 0.0 - late))
         return
@@ -299,8 +300,9 @@ def terms_on(linear, by, constant, state, drive, variation):
     a, b, _, _ = variation
     other, pace = 1.0 - damper.share, by[SLOWER]
     alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
-    alone = under_once(ps.load, constant, alone)
+    both, both_varied = shared(ps, ps.force * drive), shared(ps, by[FORCING] * drive)
+    alone = under_once(ps.load, constant, alone) - both
     varied = by[FORCING] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1
-    varied += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
-    dv, db = other * alone, other * varied - by[SHARE] * alone
+    varied += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b) - both_varied
+    dv, db = other * alone + both, other * varied - by[SHARE] * alone + both_varied
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0

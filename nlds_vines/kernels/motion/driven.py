@@ -35,7 +35,7 @@ from ..scene.law import (
 )
 from ..scene.law import FORCE as CONTACT
 from ..scene.law import RATES as VARIED_RATES
-from ..scene.scene import Ground, accelerations, near_constants, unloaded
+from ..scene.scene import Ground, accelerations, near_constants, shared, unloaded
 from .flight import ORDER, propagate, turned
 
 # Columns of the rates of a parameter, its derivatives of the numbers of a cell:
@@ -127,7 +127,7 @@ def source_of(ps, damper, by, constant, motion, drive, pushes):
     pull = damper.k2 * r + damper.c2 * s + push
     pulled = by[K2] * r + by[C2] * s + pushed
     b = alone - (pulled * damper.inv_m1 + pull * by[INV_M1])
-    d = alone - (pulled * damper.inv_mu + pull * by[INV_MU])
+    d = alone - shared(ps, by[FORCING] * drive) - (pulled * damper.inv_mu + pull * by[INV_MU])
     return pace * v1, b + pace * dv, pace * s, d + pace * ds
 
 

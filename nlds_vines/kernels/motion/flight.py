@@ -20,7 +20,7 @@ import numpy as np
 from ..numerics.compiling import jit
 from ..numerics.elementary import TURN, cos_sin_of_turn
 from ..numerics.fours import bare, four, four_at, number_of, put_four
-from ..scene.scene import accelerations, greatest_push, joined, under, unloaded
+from ..scene.scene import accelerations, greatest_push, joined, moved_mass, under, unloaded
 
 # --------------------------------------------------------------------------------------------------
 # Bounds of the linear motion, on which the length of cells and the certificates of touches rest.
@@ -121,16 +121,16 @@ def bounds_of(ps, grid, scale):
     u d4u + 4 du d3u + 3 d2u d2u. Each derivative of u is at most `rate` times the one before, plus
     that of the forcing.
     """
-    first = grid.rate * scale + grid.push
+    first, force = grid.rate * scale + grid.push, abs(ps.force)
     push = grid.rate * grid.push  # bounds the derivative of the forcing: omega <= rate
     second = grid.rate * first + push
     third = grid.rate * (second + push)
     fourth = grid.rate * (third + grid.rate * push)
     h2 = grid.h * grid.h
     return Bounds(
-        (grid.bend * scale + greatest_push(ps.load, ps.force)) * h2,
-        (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
-        (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
+        (grid.bend * scale + greatest_push(ps.load, force)) * h2,
+        (grid.bend * first + ps.omega * force) * h2 * grid.h,
+        (grid.bend * second + ps.omega * ps.omega * force) * h2 * h2,
         (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
         scale,
     )
@@ -147,7 +147,8 @@ TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 #
 #   from      numbers       what
 #   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
-#   OF_E2      3            bounds of E2 per S^2 / 2 and of its rates (`damper_bounds`)
+#   OF_E2      4            bounds of E2 per S^2 / 2 and of its rates (`damper_bounds`); 1 if the
+#                           force accelerates the damper as well, otherwise 0
 #   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`response`)
 #   COEF      TERMS         scratch: those of the state over a cell, power by power:
 #                           w[COEF + 4 power + component], components x1, v1, r, s
@@ -185,8 +186,8 @@ class Grid(NamedTuple):
     h: float  # length of a cell [s]
     turn: float  # the turn of the forcing's phase over a cell
     rate: float  # bound on the growth of the scaled state per second [1/s]
-    push: float  # P / sqrt(m1): bound on the growth of the energy scale S
-    bend: float  # |d2r/dt2| <= bend * S + P / m1
+    push: float  # |P| / sqrt(m1), of a ground |a| sqrt(m1 + m2): bounds the growth of the scale S
+    bend: float  # |d2r/dt2| <= bend * S + |P| / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # index in the table of the motion by a constant load, or None
     begun: Any = PERIOD  # or `load_cells.Loaded`
@@ -308,7 +309,8 @@ def grid_with(ps, damper, h, n, tabulated, begun):
                 w[CELLS + 6 * j + c] += moved[c]
     body = joined(damper)
     w[OF_E2], w[OF_E2 + 1], w[OF_E2 + 2] = damper_bounds(ps, body)
-    push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
+    w[OF_E2 + 3] = 0.0 if ps.shaken is None else 1.0
+    push = greatest_push(ps.load, abs(ps.force)) * math.sqrt(moved_mass(ps, damper))
     turn = begun.share / n
     return Grid(n, h, turn, rate_of(ps, body), push, bend_of(ps, damper), w, load, begun)
 

@@ -76,7 +76,6 @@ class Loaded(NamedTuple):
     ends: int
     weights: int
     root: float  # square root of the mass that the force accelerates [kg^0.5]
-    shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 if it stands still
 
 
 # ---- a load --------------------------------------------------------------------------------------
@@ -143,7 +142,7 @@ def grid_under(ps, damper, h, n, stretch):
         weight /= rate * h
     begun = Loaded(
         stretch.begin, stretch.rows, stretch.sums, degree, powers, ends, weights,
-        math.sqrt(moved_mass(ps, damper)), (0.0 if ps.shaken is None else ps.force),
+        math.sqrt(moved_mass(ps, damper)),
     )  # fmt: skip
     return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, begun)
 

@@ -9,29 +9,27 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ..numerics.compiling import jit
-from ..numerics.deciding import is_a
-from ..scene.drive import Moment
 from .flight import FACTOR
 
 # Places of a tally's row:
 #   X2 ... S2   integrals of x1^2, v1^2, a1^2 (a1 absolute), r^2 and s^2
-#   CV, CX      of cos(omega t) v1 and cos(omega t) x1; under a load f of f v1 and f s
+#   CV, CS      of f v1 and f s, f being cos(omega t) or a load
 #   LOSS        what contacts have dissipated [J]
-#   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
-#   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 - y|
+#   Y2          of (x1 + y)^2, y being the displacement of the ground, where it is known
+#   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 + y|
 #   MOST_FORCE       largest force [N] at the near and the far wall
 #   IMPULSE     largest impulse [N s] there, of rigid bodies
-#   BEGIN       x1 at the beginning
 #   PLACE       place of the maximum that is searched for
 #   JUMPS       work of jumps of v1 [J], under a load
 #   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
-#   BEFORE      scratch: the places up to BEGIN before an impact
-X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
-SUMS = 10
-MOST, MOST_FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
-OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # the quantities of maxima
+#   BEFORE      scratch: the NUMBERS before an impact
+X2, V2, A2, R2, S2, CV, CS, LOSS, Y2 = range(9)
+SUMS = 9
+MOST, MOST_FORCE, IMPULSE, PLACE, JUMPS = 9, 14, 16, 18, 19
+NUMBERS = PLACE  # the sums and maxima, to which each impact adds
+OF_X, OF_V, OF_A, OF_R, OF_DISPLACED, OF_FORCE = range(6)  # the quantities of maxima
 BEFORE = FACTOR + 16
-SIZE = BEFORE + BEGIN
+SIZE = BEFORE + NUMBERS
 
 # Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
 POINTS = (
@@ -44,33 +42,12 @@ WEIGHTS = (
 )  # fmt: skip
 
 
-class Foot(NamedTuple):
-    """The foot of a structure's spring and dashpot, which moves by y = cosine cos + sine sin."""
-
-    cosine: float  # [m], of the phase omega t
-    sine: float
-    omega: float
-
-
 class Tally(NamedTuple):
     """The sums and maxima of an orbit."""
 
     row: Any  # (SIZE,), see above
-    foot: Any  # `Foot` where it moves, or None
     ground: Any  # force per mass [m/s^2] if positions count from a moving ground, else None
-
-
-@jit
-def foot_of(foot, ps):
-    """Return the `Foot` whose motion is the force P cos(omega t) = k1 y + c1 dy/dt, or None.
-
-    y = P (k1 cos + c1 omega sin) / (k1^2 + (c1 omega)^2).
-    """
-    if foot is None:
-        return None
-    drag = ps.damping * ps.omega
-    per = ps.force / (ps.stiffness * ps.stiffness + drag * drag)
-    return Foot(per * ps.stiffness, per * drag, ps.omega)
+    moved: Any  # displacement [m] of the ground per unit of the force, or None if it is not known
 
 
 @jit
@@ -90,14 +67,6 @@ def in_absolute(ground, rate):
 
 
 @jit
-def beside(phase, x1, s):
-    """Return the factor of the force in CX: x1, or s under a load."""
-    if is_a(phase, Moment):
-        return s
-    return x1
-
-
-@jit
 def raise_to(row, place, value):
     row[place] = max(row[place], abs(value))
 
@@ -111,10 +80,10 @@ def place_of_largest(which, sign):
 
 
 @jit
-def add_state(row, dt, y, a1, drive, phase):
+def add_state(row, dt, y, a1, drive):
     """Add `dt` [s] in a state y = (x1, v1, r, s) to the integrals.
 
-    a1: the absolute acceleration; drive: the force at the instant `phase`.
+    a1: the absolute acceleration; drive: the force.
     """
     x1, v1, r, s = y
     row[X2] += dt * x1 * x1
@@ -123,14 +92,13 @@ def add_state(row, dt, y, a1, drive, phase):
     row[R2] += dt * r * r
     row[S2] += dt * s * s
     row[CV] += dt * drive * v1
-    row[CX] += dt * drive * beside(phase, x1, s)
+    row[CS] += dt * drive * s
 
 
 @jit
-def add_from_foot(row, dt, relative, rate):
-    """Add dt (x1 - y)^2 to Y2 and dt (x1' - y')^2 to U2.
-
-    relative: x1 - y; rate: its time derivative; dt: a weight of the quadrature [s].
-    """
-    row[Y2] += dt * relative * relative
-    row[U2] += dt * rate * rate
+def add_displaced(tally, dt, x1, drive):
+    """Add dt (x1 + y)^2 to Y2 where the displacement y of the ground is known."""
+    if tally.moved is None:
+        return None
+    displaced = x1 + tally.moved * drive
+    tally.row[Y2] += dt * displaced * displaced

@@ -29,7 +29,7 @@ from typing import NamedTuple
 from ..impact.arc import ARC
 from ..impact.inside import RECALLED_NUMBERS
 from ..motion.load_cells import began_at
-from ..motion.response_sums import BEGIN, MOST, SUMS
+from ..motion.response_sums import MOST, NUMBERS, SUMS
 from ..numerics.compiling import jit
 from ..numerics.deciding import is_a
 from ..scene.codes import TOUCH_COLUMNS
@@ -62,10 +62,10 @@ class Reference(NamedTuple):
     maxima: int = 23
     # integrals of a response since the orbit began, what rounding has lost of them, and both as
     # they were at the reference, later those of one cycle
-    totals: int = 23 + BEGIN - MOST
-    lost: int = 23 + BEGIN - MOST + SUMS
-    cycle_sums: int = 23 + BEGIN - MOST + 2 * SUMS
-    recalled: int = 23 + BEGIN - MOST + 4 * SUMS  # the impacts that the table of the arc recalls
+    totals: int = 23 + NUMBERS - MOST
+    lost: int = 23 + NUMBERS - MOST + SUMS
+    cycle_sums: int = 23 + NUMBERS - MOST + 2 * SUMS
+    recalled: int = 23 + NUMBERS - MOST + 4 * SUMS  # the impacts that the table of the arc recalls
 
 
 AT = Reference()
@@ -157,7 +157,7 @@ def periods_to_run(reference, arc, watch, impacts, k, p, last, y):
         if watch.clearance is not None:
             same = keep(reference, AT.extremes + 2, watch.clearance[0]) and same
         if watch.tally is not None:
-            for i in range(BEGIN - MOST):
+            for i in range(NUMBERS - MOST):
                 same = keep(reference, AT.maxima + i, watch.tally.row[MOST + i]) and same
         if arc is not None:
             for i in range(RECALLED_NUMBERS):

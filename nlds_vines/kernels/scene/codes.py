@@ -43,9 +43,10 @@ CHAOTIC = 3
 TRANSIENT_CHAOS = 4  # periodic in the end, chaotic for long before
 FAILED = 5  # not computed to its end; no kernel returns it
 
-# Columns of a response: the maximum and the rms of x1, v1, a1 = dv1/dt, r and x1 - y (y: of a
-# moving foot); the largest force and the largest impulse at the near and the far wall; the mean
-# powers [W] that c1, c2 and contacts dissipate, and that comes in
+# Columns of a response: the maximum and the rms of x1, v1, a1, r and x1 + y, a1 being the absolute
+# acceleration and y the displacement of a moving ground; the largest force and the largest impulse
+# at the near and the far wall; the mean powers [W] that c1, c2 and contacts dissipate, and that
+# comes in
 OF_FORCES = 10
 OF_IMPULSES = 12
 POWERS = 14

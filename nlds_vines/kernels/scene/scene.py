@@ -69,12 +69,13 @@ def allowed(parts, cell):
     """Return True if the parameters of a cell that its parts use are finite and in range.
 
     `model` checks them, but arrays of cells may come from elsewhere. By rk4 the force may be
-    negative; the bounds of the exact method assume P >= 0.
+    negative, and that of a ground whose acceleration is given.
     """
     near, far = parts.near, parts.far
     fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
     fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
-    fine = fine and finite(cell.P) and (parts.rk4 is not None or cell.P >= 0.0)
+    fine = fine and finite(cell.P)
+    fine = fine and (parts.rk4 is not None or parts.ground is not None or cell.P >= 0.0)
     if parts.damper is not None and not is_a(parts.damper, Ground):
         fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
         fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
@@ -88,11 +89,20 @@ def allowed(parts, cell):
 
 
 @jit
-def structure_under(load, cell):
-    m1, constant = cell.m1, None if load is None else cell.load
+def structure_under(parts, cell):
+    m1, constant = cell.m1, None if parts.load is None else cell.load
     return Structure(
-        m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, constant, None
+        m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, constant,
+        shaken_by(parts.ground, parts.damper),
     )  # fmt: skip
+
+
+@jit
+def shaken_by(ground, damper):
+    """Return `Structure.shaken`: ground, or None without a damper that it accelerates as well."""
+    if damper is None or is_a(damper, Ground):
+        return None
+    return ground
 
 
 @jit
@@ -219,6 +229,7 @@ class Parts(NamedTuple):
     far: Any  # the same of the far wall
     apart: Any  # True if the near wall's contact has constants of its own, otherwise None
     load: Any  # True if the structure is under a constant load, otherwise None
+    ground: Any  # True if the force is that of a moving ground, from which x1 counts, or None
     arc: Any  # `arc.Arc` if a law has short impacts, otherwise None
     contact_steps: float  # least number of steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a stepped contact; infinite: not checked
@@ -338,9 +349,7 @@ class CellBuffers(NamedTuple):
     clearance: Any = None  # (1,) [m] after the transient
     violation: Any = None  # (3,) first time [s], depth [m], number of passages of the limit
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
-    foot: Any = None  # True if the foot of the structure moves in a response
     sums: Any = None  # as in `OrbitBuffers`, with a response
-    ground: Any = None  # True if the positions in a response count from a moving ground
 
 
 class LaneBuffers(NamedTuple):
@@ -354,10 +363,8 @@ class LaneBuffers(NamedTuple):
     clearance: Any = None  # (1,)
     violation: Any = None  # (3,)
     ends: Any = None  # (2, SIZE) the states at the beginning and the end
-    response: Any = None  # (`codes.RESPONSE_COLUMNS`,), this and the next as in `CellBuffers`
-    foot: Any = None  # not an array
+    response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
     touches: Any = None  # (room, `codes.TOUCH_COLUMNS`) of impacts after the transient
-    ground: Any = None  # not an array, as in `CellBuffers`
 
 
 class Finished(NamedTuple):

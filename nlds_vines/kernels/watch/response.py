@@ -7,7 +7,8 @@ twice as fast). A quantity has its maximum where its rate, a polynomial too, van
 are searched if bounds of the second derivative allow a new maximum, and proven to be complete
 (`note_roots`).
 
-Power comes in by the force P cos(omega t) or by the motion of the foot. It is dissipated by the
+Power comes in by the force P cos(omega t), which acts on both bodies if the ground moves, since
+energies are relative to it. It is dissipated by the
 dashpots and by contacts: by the inelastic part of the force, or by rigid impacts. The rest is the
 change of the stored energy.
 """
@@ -19,9 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion.flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, SHORT, at, grid_with, rate_of, turned
+from ..motion.flight import COEF, FACTOR, OF_E2, ORDER, SHORT, at, grid_with, rate_of, turned
 from ..motion.load_cells import (
-    Loaded,
     Stretch,
     force_term,
     grid_under,
@@ -29,16 +29,15 @@ from ..motion.load_cells import (
 )
 from ..motion.response_sums import (
     A2,
-    BEGIN,
+    CS,
     CV,
-    CX,
     IMPULSE,
     JUMPS,
     LOSS,
     MOST,
     MOST_FORCE,
     OF_A,
-    OF_FOOT,
+    OF_DISPLACED,
     OF_FORCE,
     OF_R,
     OF_V,
@@ -47,16 +46,14 @@ from ..motion.response_sums import (
     R2,
     S2,
     SIZE,
-    U2,
     V2,
     WEIGHTS,
     X2,
     Y2,
     Tally,
     absolute,
-    add_from_foot,
+    add_displaced,
     add_state,
-    foot_of,
     place_of_largest,
     raise_to,
 )
@@ -78,7 +75,6 @@ from ..scene.law import (
     FORCE,
     LENGTHS,
     NEW,
-    SINE,
     UNIT,
     WEIGHT,
     column_at,
@@ -165,7 +161,7 @@ def damper_bound(grid, scale, e2):
     s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `flight.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
     # the force on the damper in units of S, 0 unless the ground moves
-    shaken = grid.push if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0 else 0.0
+    shaken = grid.push if grid.table[OF_E2 + 3] != 0.0 else 0.0
     u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
     u1 = rate * u0 + (pull * scale + shaken)
     u2 = rate * u1 + (pull * s1 + grid.rate * shaken)
@@ -436,27 +432,14 @@ def raise_within(tally, w, place, end):
 
 
 @jit
-def tally_foot(foot, tally, piece, phase, end):
-    """Add the motion relative to the foot, if it moves."""
-    if foot is None:
+def raise_displaced(tally, piece, phase, end):
+    """Raise the largest absolute displacement where that of the ground is known."""
+    if tally.moved is None:
         return None
     row, w = tally.row, piece.table
     for n in range(ORDER + 1):
-        if is_a(piece, StepPiece):
-            cosine, sine = term_of(w, int(COSINE), n), term_of(w, int(SINE), n)
-            moved_by = foot.cosine * cosine + foot.sine * sine
-        else:
-            turned_by = foot.cosine * phase[0] + foot.sine * phase[1]
-            if n % 2 == 1:
-                turned_by = foot.cosine * phase[1] - foot.sine * phase[0]
-            moved_by = w[DRIVE + n] * turned_by
-        row[FACTOR + n] = w[COEF + 4 * n] - moved_by
-    fill_rate(row, w)
-    for i in range(6):
-        x = end * POINTS[i]
-        pace = pace_at(piece, x)
-        add_from_foot(row, WEIGHTS[i] * (end * pace), factor_at(row, x), factor_at(w, x) / pace)
-    raise_within(tally, w, place_of_largest(int(OF_FOOT), 1.0), end)
+        row[FACTOR + n] = w[COEF + 4 * n] + tally.moved * drive_in(piece, phase, n)
+    raise_within(tally, w, place_of_largest(int(OF_DISPLACED), 1.0), end)
 
 
 @jit
@@ -475,7 +458,9 @@ def tally_piece(tally, piece, phase, end):
     for i in range(6):
         x = end * POINTS[i]
         a1, drive, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * pace_at(piece, x))
-        add_state(row, dt, at(w, x), a1, drive, phase)
+        now = at(w, x)
+        add_state(row, dt, now, a1, drive)
+        add_displaced(tally, dt, now[0], drive)
     # The maxima of x1, v1 and r, from the states y and z at the ends.
     y = at(w, 0.0)
     z = at(w, end)
@@ -495,7 +480,7 @@ def tally_piece(tally, piece, phase, end):
             for k in range(ORDER + 1):
                 row[FACTOR + k] = w[COEF + 4 * k + component]
             raise_within(tally, w, place, end)
-    tally_foot(tally.foot, tally, piece, phase, end)
+    raise_displaced(tally, piece, phase, end)
 
 
 @jit
@@ -533,26 +518,30 @@ def watch_piece(ps, damper, watch, piece, phase, begin, end):
 def bare_tally(tally):
     if tally is None:
         return None
-    return Tally(bare(tally.row), tally.foot, tally.ground)
+    return Tally(bare(tally.row), tally.ground, tally.moved)
 
 
 @jit
-def begin_tally(response, foot, ground, ps, state):
-    """Return the `Tally` of a response from a state on, None if there is no response."""
+def begin_tally(response, ground, known, ps, state):
+    """Return the `Tally` of a response from a state on, None if there is no response.
+
+    ground: True if it moves, known: True if its displacement is that of a harmonic motion; or None.
+    """
     if response is None:
         return None
     row = np.zeros(SIZE)
-    row[BEGIN] = state[0]
     raise_to(row, int(MOST), state[0])
     raise_to(row, int(MOST) + OF_V, state[1])
     raise_to(row, int(MOST) + OF_R, state[2])
-    # a moving ground acts as a force per mass of minus its acceleration
-    return Tally(row, foot_of(foot, ps), (None if ground is None else ps.force))
+    # A moving ground acts as a force per mass of minus its acceleration, which is omega^2 times its
+    # displacement.
+    moved = None if known is None else ps.force / (ps.omega * ps.omega)
+    return Tally(row, (None if ground is None else ps.force), moved)
 
 
 @jit
-def report(response, tally, ps, damper, state, time):
-    """Fill a response (`codes`) from a tally; state: at its end; time: its duration [s]."""
+def report(response, tally, ps, damper, time):
+    """Fill a response (`codes`) from a tally; time: its duration [s]."""
     if response is None:
         return None
     row = tally.row
@@ -568,25 +557,13 @@ def report(response, tally, ps, damper, state, time):
     response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
     response[POWERS + 2] = row[LOSS] / time
     response[POWERS + 3] = (brought_in(ps, damper, row) + row[JUMPS]) / time
-    # If the foot moves, c1 joins both, and the foot does the work. Its power is the mean of
-    # (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt. Over whole periods the mean of y dy/dt is 0, that of
-    # v1 sin is -omega times that of x1 cos, and that of x1 sin is that of v1 cos, less the change
-    # of x1 over the time, divided by omega.
-    if tally.foot is not None:
-        a, b, omega = tally.foot.cosine, tally.foot.sine, tally.foot.omega
-        k1 = ps.m1 * ps.stiffness
-        with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
-        with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
-        square = 0.5 * omega * omega * (a * a + b * b)
-        response[POWERS] = c1 * row[U2] / time
-        response[POWERS + 3] = c1 * (square - with_v) - k1 * with_x
 
 
 @jit
 def brought_in(ps, damper, row):
     if ps.shaken is None:
         return ps.m1 * ps.force * row[CV]
-    return (ps.m1 * row[CV] + damper.m2 * (row[CV] - row[CX])) * ps.force
+    return (ps.m1 * row[CV] + damper.m2 * (row[CV] - row[CS])) * ps.force
 
 
 @jit

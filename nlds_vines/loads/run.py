@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
@@ -23,7 +23,6 @@ from nlds_vines.kernels.cells.load_numbers import LoadResults
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.loads.datasets import HOST_HISTORIES, IMPACT_COLUMNS, contents, owners_of
 from nlds_vines.loads.request import HistoryRequest, is_of_load
-from nlds_vines.model.host import Host, with_stiffness
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import OF_HOSTS, OF_LOADS, SHARES, WAYS
@@ -56,7 +55,6 @@ PIECE_BYTES = 1 << 26  # of loads in a thread's memory at once, if no two orbits
 EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
 ORBITS_AT_ONCE = 4  # orbits of hosts that a thread takes at a time
 CELLS_OF_PIECE = 64  # cells of a load in which a history is followed again at once
-STIFFNESS = "stiffness"  # of a grid: a factor on that of a host
 
 
 def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -121,7 +119,7 @@ def numbers_of(
             load = request.load.redrawn(draw) if draw else request.load
             loads[key] = load.with_({"impulse": 0.0, **changes})
         each.append((loads[key], impulse * loads[key].scale))
-    grid = {name: v for name, v in values.items() if system.takes(name) or name == STIFFNESS}
+    grid = {name: v for name, v in values.items() if system.takes(name)}
     fly: Any = _fly_hosts if isinstance(system, General) else _fly
     arrays: dict[str, np.ndarray] = fly(request, system, grid, each, not values, tell)
     return arrays
@@ -312,15 +310,12 @@ def _fly_hosts(
     `STIFFNESS`; `each` as of `_fly`.  With histories there are also `touches` (impacts, columns).
     """
     pieces, shared = dict[int, Arrays](), dict[tuple[int, float], Any]()
-    own = [name for name in grid if name != STIFFNESS]
     marks = request.times[1:-1] if history else np.zeros(0)
 
     def fly(begin: int, end: int) -> None:
         for lane in range(begin, end):
             check()
-            one = system.with_values(own, (float(grid[name][lane]) for name in own))
-            if STIFFNESS in grid:
-                one = replace(one, host=_stiffened(one.host, float(grid[STIFFNESS][lane])))
+            one = system.with_values(grid, (float(column[lane]) for column in grid.values()))
             load, impulse = each[lane]
             if load.acts or impulse:
                 one = one.under(load)
@@ -339,11 +334,6 @@ def _fly_hosts(
         in_pieces(fly, len(each), most=ORBITS_AT_ONCE)
     lanes = [pieces[lane] for lane in range(len(each))]
     return {name: np.concatenate([one[name] for one in lanes]) for name in lanes[0]}
-
-
-@lru_cache(maxsize=16)
-def _stiffened(host: Host, factor: float) -> Host:
-    return host if factor == 1.0 else with_stiffness(host, factor)
 
 
 def _arrays_of_orbit(

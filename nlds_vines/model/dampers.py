@@ -144,7 +144,7 @@ class Damper:
         c = 2 zeta sqrt(k m).
     frequency_ratio : float, optional
         In place of k and f, its frequency over that of the lowest mode of the host alone that has
-        one; `System.from_host` replaces it by f, as a host does not change.
+        one; k is known once the damper is on a host, `System.from_host`.
 
     Raises
     ------
@@ -154,7 +154,8 @@ class Damper:
 
     Notes
     -----
-    What is stated as f or zeta stays, and k and c follow, if the mass changes.
+    What is stated as f, zeta or frequency_ratio stays, and k and c follow, if the mass changes, or
+    the host.
 
     Examples
     --------
@@ -240,13 +241,20 @@ class Damper:
             self.__dict__["c"] = float(_of("zeta", "c").parameter(self.zeta, values))
 
     def tuned_to(self, host: Host) -> Damper:
-        """Return the damper with the frequency f [Hz] of its `frequency_ratio` on a host."""
+        """Return the damper with the k, and the c by zeta, of its `frequency_ratio` on a host."""
         if self.frequency_ratio is None:
             return self
-        with at(f"damper {self.name!r}"):
-            f = frequency_by_ratio(self.frequency_ratio, host)
+        with at(f"damper {self.name!r}: frequency_ratio"):
+            rates = host.frequencies[host.frequencies > 0]
+            if rates.size == 0:
+                raise RequestError("no mode of the host has a frequency: give f or k")
+        f = self.frequency_ratio * float(rates[0]) / (2 * pi)
         c = 0.0 if self.zeta is not None else self.c
-        return replace(self, k=0.0, c=c, f=f, frequency_ratio=None)
+        tuned = replace(self, k=0.0, c=c)
+        by_frequency = replace(self, k=0.0, c=c, f=f, frequency_ratio=None)
+        tuned.__dict__["k"] = by_frequency.k
+        tuned.__dict__["c"] = by_frequency.c
+        return tuned
 
     @property
     def statements(self) -> dict[str, float]:
@@ -261,7 +269,8 @@ class Damper:
     def following(self, keys: Collection[str]) -> set[str]:
         """Return those of k and c that change if the numbers of `keys` do, by f and zeta."""
         changed = {*keys}
-        if self.f is not None and "m" in changed:
+        has_frequency = self.f is not None or self.frequency_ratio is not None
+        if has_frequency and "m" in changed:
             changed.add("k")
         if self.zeta is not None and not changed.isdisjoint({"m", "k"}):
             changed.add("c")
@@ -319,16 +328,17 @@ class Damper:
     def changed(self, values: Mapping[str, Any]) -> Damper:
         """Return the damper with other numbers by key, or `attached_to` another place."""
         of_damper = {}
-        for key in ("m", "k", "c", "f", "zeta", PLACE):
+        for key in ("m", "k", "c", *RATIOS_OF_DAMPERS, PLACE):
             if key in values:
                 of_damper[key] = values[key]
         unchanged = self.statements
-        for ratio, key in (("f", "k"), ("zeta", "c")):
-            if ratio in of_damper or key in of_damper:
-                unchanged.pop(ratio, None)
-                unchanged.pop(key, None)
+        for statements_of_one in (("k", "f", "frequency_ratio"), ("c", "zeta")):
+            if not of_damper.keys().isdisjoint(statements_of_one):
+                for key in statements_of_one:
+                    unchanged.pop(key, None)
         # k and c are computed again if they follow from a ratio
-        statements = {"k": 0.0, "c": 0.0, "f": None, "zeta": None, **unchanged, **of_damper}
+        none_stated = {"k": 0.0, "c": 0.0, **dict.fromkeys(RATIOS_OF_DAMPERS)}
+        statements = {**none_stated, **unchanged, **of_damper}
         walls = []
         for wall in self.walls:
             of_wall = {}
@@ -342,15 +352,6 @@ class Damper:
 
 
 RATIOS_OF_DAMPERS = {"f": "k", "frequency_ratio": "k", "zeta": "c"}
-
-
-def frequency_by_ratio(ratio: float, host: Host) -> float:
-    """Return the frequency [Hz] of a ratio to that of the host's lowest mode that has one."""
-    with at("frequency_ratio"):
-        rates = host.frequencies[host.frequencies > 0]
-        if rates.size == 0:
-            raise RequestError("no mode of the host has a frequency: give f or k")
-    return ratio * float(rates[0]) / (2 * pi)
 
 
 def _of(name: str, gives: str) -> Ratio:

@@ -10,10 +10,11 @@ import copy
 import math
 import os
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from inspect import signature
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # whose modules are loaded when they are first used: systems of one mass need none
@@ -40,6 +41,7 @@ from nlds_vines.model.host_matrices import (
     matrices_of,
     read_arrays,
 )
+from nlds_vines.model.parameters import DESCRIBED, STRUCTURE_ITSELF
 from nlds_vines.model.ratios import from_percentage, refuse_critical
 
 _ROUNDING = {"M": 1e-10, "K": 1e-12, "C": 1e-10}
@@ -166,6 +168,9 @@ class Host(Outlined):
         self.condensed: tuple[str, ...] = ()
         self.note = ""
         self.is_plain = True
+        self.source: Source | None = None
+        self.factors: Mapping[str, float] = MappingProxyType({})
+        self._unscaled: Host | None = None
         self._shake(moved)
         self.ratio = None if ratio is None else _ratios("ratio", ratio)
         errors = {name: _rounding(matrix) * abs(matrix) for name, matrix in matrices.items()}
@@ -594,6 +599,69 @@ class Host(Outlined):
             self.dofs, self.shape @ V, inertia, self.influence, note, self.condensed
         )
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The numbers that `with_numbers` replaces, by name, but factors of 1.
+
+        `floor2.m` and `floor2.k` of a shear frame or a chain; `host.ratio` if all modes have the
+        same damping ratio; `host.M`, `host.K`, `host.C`, factors on its matrices.
+        """
+        values: dict[str, float] = {}
+        if self.source is not None:
+            values |= self.source.numbers
+        if self._one_ratio is not None:
+            values[f"{STRUCTURE_ITSELF}.ratio"] = self._one_ratio
+        for key, factor in self.factors.items():
+            values[f"{STRUCTURE_ITSELF}.{key}"] = factor
+        return values
+
+    @property
+    def _one_ratio(self) -> float | None:
+        ratio = (self._unscaled or self).ratio
+        return float(ratio[0]) if ratio is not None and len(ratio) == 1 else None
+
+    @property
+    def settable(self) -> tuple[str, ...]:
+        """The names of all numbers that `with_numbers` replaces."""
+        factors = [f"{STRUCTURE_ITSELF}.{key}" for key in ("M", "K", "C")]
+        return tuple(dict.fromkeys([*self.numbers, *factors]))
+
+    def with_numbers(self, values: Mapping[str, float]) -> Host:
+        """Return the host with other numbers, named as in `settable`; they are not checked."""
+        return _with_numbers(self, tuple(values.items()))
+
+    def _made_again(self, values: Mapping[str, float]) -> Host:
+        """Return the host before factors with other numbers of its source, or another ratio."""
+        ratio = values.get(f"{STRUCTURE_ITSELF}.ratio")
+        host = copy.copy(self)
+        if self.source is not None:
+            host.source = self.source.changed(values, ratio)
+            if not host.source.arguments.keys().isdisjoint(("rayleigh", "condense")):
+                return host.source.made()
+            host.M, host.K = host.source.matrices()
+            host._shake(host.influence)
+        if ratio is not None:
+            host.ratio = np.array([ratio])
+        host._complete()
+        return host
+
+    def _scaled(self, factors: Mapping[str, float]) -> Host:
+        """Return the host with factors on its matrices; a damping ratio is scaled as C is."""
+        host = copy.copy(self)
+        host.factors = MappingProxyType(dict(factors))
+        host._unscaled = self
+        host.M = self.M * factors.get("M", 1.0)
+        host.inertia = self.inertia * factors.get("M", 1.0)
+        host.K = self.K * factors.get("K", 1.0)
+        damping = factors.get("C", 1.0)
+        if self.ratio is not None:
+            host.ratio = self.ratio * damping
+        elif self.C is not None:
+            host.C = self.C * damping
+        if not scipy.sparse.issparse(host.M):
+            host._complete()
+        return host
+
     def frequency_response(
         self, omega: Any, *, force: Mapping[str, float] | None = None, base: float | None = None
     ) -> np.ndarray:
@@ -657,6 +725,78 @@ class Host(Outlined):
             )
 
 
+@lru_cache(maxsize=64)
+def _with_numbers(host: Host, values: tuple[tuple[str, float], ...]) -> Host:
+    bare = host._unscaled or host
+    factors = dict(host.factors)
+    others = {}
+    for name, value in values:
+        owner, _, key = name.partition(".")
+        if owner == STRUCTURE_ITSELF and key in ("M", "K", "C"):
+            factors[key] = value
+        else:
+            others[name] = value
+    if others:
+        bare = bare._made_again(others)
+    return bare._scaled(factors) if factors else bare
+
+
+class Source(NamedTuple):
+    """The masses and springs that a shear frame or a chain is made of.
+
+    Attributes:
+        maker: "shear_frame" or "chain".
+        masses, springs: by degree of freedom; a chain may have one more spring, to the ground.
+        dofs: the degrees of freedom.
+        arguments: other arguments of the maker.
+    """
+
+    maker: str
+    masses: tuple[float, ...]
+    springs: tuple[float, ...]
+    dofs: tuple[str, ...]
+    arguments: Mapping[str, Any]
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The masses `floor2.m` and the stiffnesses `floor2.k` of the springs below, by name."""
+        by_name = {f"{dof}.m": m for dof, m in zip(self.dofs, self.masses, strict=True)}
+        return by_name | {f"{dof}.k": k for dof, k in zip(self.dofs, self.springs, strict=False)}
+
+    def changed(self, values: Mapping[str, float], ratio: float | None = None) -> Source:
+        """Return the source with other numbers by name, and with another damping ratio."""
+        masses = [values.get(f"{dof}.m", m) for dof, m in zip(self.dofs, self.masses, strict=True)]
+        springs = list(self.springs)
+        for i, dof in enumerate(self.dofs):
+            springs[i] = values.get(f"{dof}.k", springs[i])
+        arguments = dict(self.arguments)
+        if ratio is not None:
+            arguments["ratio"] = ratio
+        return self._replace(masses=tuple(masses), springs=tuple(springs), arguments=arguments)
+
+    def matrices(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mass and the stiffness matrix."""
+        held = _repeated(self.arguments.get("grounds", 0.0), len(self.masses))
+        springs = np.array(self.springs)
+        is_cyclic = bool(self.arguments.get("cyclic", False))
+        K = _stiffness_of_chain(springs, _vector("grounds", held), is_cyclic)
+        return np.diag(np.array(self.masses)), K
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the table of a request file that makes the host."""
+        springs = "springs" if self.maker == "chain" else "stiffnesses"
+        of_maker: dict[str, Any] = {"masses": list(self.masses), springs: list(self.springs)}
+        options: dict[str, Any] = {}
+        for name, value in self.arguments.items():
+            (of_maker if name in ("grounds", "cyclic") else options)[name] = _plain(value)
+        return {self.maker: of_maker, **options}
+
+    def made(self) -> Host:
+        """Return the host."""
+        host: Host = _READY[self.maker](self.masses, self.springs, **self.arguments)
+        return host
+
+
 def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options: Any) -> Host:
     """Return the shear frame of some storeys on the ground.
 
@@ -690,7 +830,10 @@ def shear_frame(masses: Sequence[float], stiffnesses: Sequence[float], **options
     if m.size != k.size:
         raise RequestError(f"{k.size} stiffnesses do not fit {m.size} masses")
     floors = [f"floor{i + 1}" for i in range(m.size - 1)]
-    return chain(masses, stiffnesses, **{"dofs": [*floors, "roof"], **options})
+    options = {"dofs": [*floors, "roof"], **options}
+    frame = chain(masses, stiffnesses, **options)
+    frame.source = Source("shear_frame", tuple(m.tolist()), tuple(k.tolist()), frame.dofs, options)
+    return frame
 
 
 def chain(
@@ -741,6 +884,14 @@ def chain(
         raise RequestError(f"{held.size} grounds do not fit {n} masses")
     if k.size not in ((n,) if cyclic else (n, n + 1)):
         raise RequestError(f"{k.size} springs do not fit {n} masses")
+    host = Host(np.diag(m), _stiffness_of_chain(k, held, cyclic), **options)
+    arguments = {"grounds": grounds, "cyclic": cyclic, **options}
+    host.source = Source("chain", tuple(m.tolist()), tuple(k.tolist()), host.dofs, arguments)
+    return host
+
+
+def _stiffness_of_chain(k: np.ndarray, held: np.ndarray, cyclic: bool) -> np.ndarray:
+    n = held.size
     left = np.append(k, np.zeros(n + 1 - k.size))
     if cyclic:
         left[n] = k[0]
@@ -748,7 +899,7 @@ def chain(
     for i in range(0 if cyclic else 1, n):
         K[i, i - 1] -= k[i]
         K[i - 1, i] -= k[i]
-    return Host(np.diag(m), K, **options)
+    return K
 
 
 def beam(
@@ -832,13 +983,14 @@ def beam(
 _READY: Mapping[str, Any] = {make.__name__: make for make in (shear_frame, beam, chain)}
 _OPTIONS = ("ratio", "rayleigh", "dofs", "influence", "condense")
 _REDUCTION = ("keep", "below", "statics")
+_FACTORS = "factors"  # on the matrices M, K and C
 KEYS = {  # of the table of a host, by the key that says where it comes from
-    "file": ("file", *_OPTIONS, *_REDUCTION),
-    "M": ("M", "K", "C", *_OPTIONS, *_REDUCTION),
-    "modes": ("modes", "dofs", *_REDUCTION),
-    "shear_frame": ("shear_frame", "ratio", "rayleigh", "dofs", *_REDUCTION),
-    "beam": ("beam", "ratio", "rayleigh", *_REDUCTION),
-    "chain": ("chain", *_OPTIONS, *_REDUCTION),
+    "file": ("file", *_OPTIONS, *_REDUCTION, _FACTORS),
+    "M": ("M", "K", "C", *_OPTIONS, *_REDUCTION, _FACTORS),
+    "modes": ("modes", "dofs", *_REDUCTION, _FACTORS),
+    "shear_frame": ("shear_frame", "C", *_OPTIONS, *_REDUCTION, _FACTORS),
+    "beam": ("beam", "ratio", "rayleigh", *_REDUCTION, _FACTORS),
+    "chain": ("chain", "C", *_OPTIONS, *_REDUCTION, _FACTORS),
     "shape": (
         "shape",
         "M",
@@ -850,6 +1002,7 @@ KEYS = {  # of the table of a host, by the key that says where it comes from
         "inertia",
         "note",
         "condensed",
+        _FACTORS,
     ),
 }
 
@@ -864,12 +1017,17 @@ def host_from(entry: Mapping[str, Any], statics: Sequence[str] = ()) -> Host:
         )
     host = _from_source(sources[0], table(sources[0], entry, KEYS[sources[0]]))
     if "keep" in entry or "below" in entry:
-        return host.reduced(
+        host = host.reduced(
             entry.get("keep"), below=entry.get("below"), statics=entry.get("statics", statics)
         )
-    if "statics" in entry:
+    elif "statics" in entry:
         raise RequestError("statics without a reduction: give keep or below")
-    return host
+    factors = {}
+    for key, factor in table(_FACTORS, entry.get(_FACTORS, {}), ("M", "K", "C")).items():
+        name = f"{STRUCTURE_ITSELF}.{key}"
+        factors[name] = number(f"factors.{key}", factor)
+        DESCRIBED[name].check(factors[name])
+    return host.with_numbers(factors) if factors else host
 
 
 def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
@@ -880,6 +1038,8 @@ def _from_source(source: str, entry: Mapping[str, Any]) -> Host:
     if source == "modes":
         return Host.from_modes(entry["modes"], **options)
     if source in _READY:
+        if "C" in entry:
+            options["C"] = _rows("C", entry["C"])
         with at(source):
             arguments = [*signature(_READY[source]).parameters.values()][:-1]
             needed = [one.name for one in arguments if one.default is one.empty]
@@ -908,6 +1068,11 @@ def table_of(host: Host) -> dict[str, Any]:
     """Return the table that describes exactly a host, by its matrices or by its modes."""
     if scipy.sparse.issparse(host.M):
         raise RequestError(f"a host of {len(host.inertia)} coordinates is too large for a file")
+    if host.factors:
+        assert host._unscaled is not None
+        return {**table_of(host._unscaled), "factors": dict(host.factors)}
+    if host.source is not None:
+        return host.source.to_table()
     is_modal = host.coordinates != host.places
     values: dict[str, Any] = {} if is_modal else {"M": _listed(host.M)}
     values["K"], C = _listed(host.K), np.asarray(host.C)
@@ -924,15 +1089,6 @@ def table_of(host: Host) -> dict[str, Any]:
     return values
 
 
-def with_stiffness(host: Host, factor: float) -> Host:
-    """Return a host with `factor` times the stiffness, and the same damping ratios or C."""
-    host = copy.copy(host)
-    host.K = host.K * factor
-    if not scipy.sparse.issparse(host.M):
-        host._complete()
-    return host
-
-
 def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
     """Return a host whose degrees of freedom move by `influence` when the ground moves by 1."""
     table("influence", influence, host.dofs)
@@ -944,6 +1100,9 @@ def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
     values = {dof: number(f"influence.{dof}", factor) for dof, factor in influence.items()}
     host = copy.copy(host)
     host._shake(np.array([values.get(dof, 0.0) for dof in host.dofs]))
+    if host.source is not None:
+        arguments = {**host.source.arguments, "influence": host.influence}
+        host.source = host.source._replace(arguments=arguments)
     return host
 
 
@@ -953,6 +1112,15 @@ def _rows(name: str, value: Any) -> Any:
         return value
     matrix = array_of(name, _sequence(name, value), "rows of numbers")
     return np.diag(matrix) if matrix.ndim == 1 else matrix
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as a request file holds it: arrays and tuples as lists."""
+    if isinstance(value, Mapping):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _listed(matrix: np.ndarray) -> list[Any]:

@@ -283,7 +283,8 @@ RATIOS: Mapping[str, Parameter] = {
 # ---- parameters of hosts: cell1.k, cell1.gap+, force.roof ----------------------------------------
 
 FORCE, GROUND = "force", "ground"
-RESERVED = (FORCE, GROUND, "host")  # no names of dampers
+STRUCTURE_ITSELF = "host"  # the owner of the numbers of the whole structure
+RESERVED = (FORCE, GROUND, STRUCTURE_ITSELF)  # no names of dampers
 SIDES = {"+": 1.0, "-": -1.0}  # of walls, by the sign of r
 _GROUND = Parameter(GROUND, "a", "m/s^2", "amplitude of the ground's acceleration")
 _AMPLITUDE = Parameter("P", "P", "N", "amplitude of the force on")
@@ -302,6 +303,13 @@ _OF_DAMPERS = {
         for law in _LAWS
         for one in law.parameters
     },
+}
+
+_OF_STRUCTURE = {
+    "M": Parameter("M", "M/M₀", "1", "factor on the mass matrix of the", low=0, above=True),
+    "K": Parameter("K", "K/K₀", "1", "factor on the stiffness matrix of the", low=0),
+    "C": Parameter("C", "C/C₀", "1", "factor on the damping matrix of the", low=0),
+    "ratio": Parameter("ratio", "ζ", "1", "damping ratio of all modes of the", low=0, high=1),
 }
 
 
@@ -334,6 +342,8 @@ def of_host(name: str) -> Parameter | None:
         return _GROUND
     if owner == FORCE and key:
         entry, owner = _AMPLITUDE, key
+    elif owner == STRUCTURE_ITSELF and key in _OF_STRUCTURE:
+        entry = _OF_STRUCTURE[key]
     elif owner and key in _OF_DAMPERS:
         entry = _OF_DAMPERS[key]
     else:

@@ -37,7 +37,6 @@ from nlds_vines.model.dampers import (
     all_are,
     check_places,
     damper_from,
-    frequency_by_ratio,
 )
 from nlds_vines.model.parameters import (
     CONTACT,
@@ -54,6 +53,7 @@ from nlds_vines.model.parameters import (
     SECOND,
     SIDES,
     STRUCTURE,
+    STRUCTURE_ITSELF,
     Law,
     flat,
     split_name,
@@ -244,11 +244,12 @@ class System(Outlined):
             `law_2`, with the constants of the new law in place of those of the former.  `K`
             replaces the seven contact constants, and all seven together replace `K`.
 
-            Of a host with dampers: `cell1.m`, `cell1.k`, `cell1.c` of the damper cell1, `cell1.f`
-            [Hz] or `cell1.frequency_ratio` in place of k and `cell1.zeta` in place of c;
-            `cell1.gap` and constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`;
-            `force.roof` and `ground`, which replace each other; `omega`, or `f` [Hz].  A table
-            replaces the numbers of one damper: `cell1={"k": 300.0}`.
+            Of a host with dampers: `host.K`, `host.M`, `host.C`, factors on its matrices,
+            `host.ratio`, and of a frame or a chain `floor2.k` and `floor2.m`; `cell1.m`, `cell1.k`,
+            `cell1.c` of the damper cell1, `cell1.f` [Hz] or `cell1.frequency_ratio` in place of k
+            and `cell1.zeta` in place of c; `cell1.gap` and constants of all its walls, `cell1.gap+`
+            of one, `cell1.attached_to`; `force.roof` and `ground`, which replace each other;
+            `omega`, or `f` [Hz].  A table replaces the numbers of one owner: `cell1={"k": 300.0}`.
 
         Returns
         -------
@@ -338,6 +339,11 @@ class System(Outlined):
 
         A structure that is free to move has modes without deformation, which do not count.
         """
+        raise NotImplementedError
+
+    @property
+    def stiffness(self) -> str:
+        """The name of the stiffness of the structure: k1, k, or `host.K`, a factor on that."""
         raise NotImplementedError
 
     @property
@@ -827,6 +833,10 @@ class Preset(System):
         return 2 * pi * sqrt(m1 / k1) if k1 > 0.0 else inf
 
     @property
+    def stiffness(self) -> str:
+        return "k1" if "k1" in self.parameters else "k"
+
+    @property
     def state_at_rest(self) -> tuple[float, ...]:
         rest = self.rest or 0.0
         return tuple(rest if name == "x2" else 0.0 for name in self.scene.components)
@@ -1048,6 +1058,10 @@ class General(System):
         return 2 * pi / lowest if lowest else inf
 
     @property
+    def stiffness(self) -> str:
+        return f"{STRUCTURE_ITSELF}.K"
+
+    @property
     def state_at_rest(self) -> tuple[float, ...]:
         return (0.0,) * len(self.scene.components)
 
@@ -1094,9 +1108,14 @@ class General(System):
 
     def following(self, names: Collection[str]) -> set[str]:
         changed = {part for name in names if name not in INITIAL for part in self.parts(name)}
+        of_damping = {f"{STRUCTURE_ITSELF}.C", f"{STRUCTURE_ITSELF}.ratio"}
+        changes_frequencies = not changed.isdisjoint({*self.host.settable} - of_damping)
         for damper in self.dampers:
             prefix = f"{damper.name}."
             keys = [name.removeprefix(prefix) for name in changed if name.startswith(prefix)]
+            if damper.frequency_ratio is not None and changes_frequencies:
+                keys.append("k")
+                changed.add(f"{prefix}k")
             changed |= {prefix + key for key in damper.following(keys)}
         return {name for name in self.parameters if not changed.isdisjoint(self.parts(name))}
 
@@ -1104,8 +1123,11 @@ class General(System):
         names = [name for name in names if name not in INITIAL]
         self.refuse_twice(names)
         drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
-        new = [name for name in drives if name not in self.parameters]
-        return self.with_values(new, [0.0] * len(new)) if new else self
+        new = {name: 0.0 for name in drives if name not in self.parameters}
+        for name in names:
+            if name in self.host.settable and name not in self.parameters:
+                new[name] = 1.0
+        return self.with_values(new, new.values()) if new else self
 
     def takes(self, name: str) -> bool:
         return name in self.allowed
@@ -1169,9 +1191,10 @@ class General(System):
 
     @cached_property
     def parameters(self) -> Mapping[str, float]:  # type: ignore[override]  # of a preset a field
-        """The numbers by name: cell1.k, cell1.gap, force.roof or ground, omega [SI].
+        """The numbers by name: floor2.k, cell1.k, cell1.gap, force.roof or ground, omega [SI].
 
-        Of two walls with different numbers each has its own: cell1.gap+, cell1.gap-.
+        Of two walls with different numbers each has its own: cell1.gap+, cell1.gap-.  Those of the
+        host are `Host.numbers`.
         """
         of_dampers = {
             f"{damper.name}.{key}": value
@@ -1180,20 +1203,22 @@ class General(System):
         }
         forces = {f"{FORCE}.{dof}": P for dof, P in self.force.items()}
         drive = forces or {GROUND: self.acceleration}
-        return MappingProxyType({**of_dampers, **drive, "omega": self.omega})
+        return MappingProxyType({**of_dampers, **self.host.numbers, **drive, "omega": self.omega})
 
     @cached_property
     def allowed(self) -> tuple[str, ...]:
         """The names of all numbers that `with_` replaces, and that an axis may have."""
         of_dampers = (f"{damper.name}.{k}" for damper in self.dampers for k in damper.allowed)
         forces = (f"{FORCE}.{dof}" for dof in self.host.places)
-        return (*of_dampers, *forces, GROUND, "omega", "f")
+        return (*of_dampers, *self.host.settable, *forces, GROUND, "omega", "f")
 
     def parts(self, name: str) -> tuple[str, ...]:
         """Return the names of single numbers that a name means: gap+ and gap- for gap.
 
         Raises `RequestError` for a name that the system does not have.
         """
+        if name in self.host.settable:
+            return (name,)
         owner, key, side = split_name(name)
         damper = next((damper for damper in self.dampers if damper.name == owner), None)
         if owner == FORCE and key:
@@ -1269,25 +1294,31 @@ class General(System):
         """
         omega, forces, acceleration = self.omega, self.force, self.acceleration
         of_dampers: dict[str, dict[str, Any]] = {}
+        of_host: dict[str, float] = {}
+        settable = self.host.settable
         for name, value in zip(names, values, strict=True):
             owner, _, key = name.partition(".")
+            if name in settable:
+                of_host[name] = value
+                continue
             if name in ("omega", "f"):
                 omega = value if name == "omega" else value * (2 * pi)
             elif name == GROUND:
                 forces, acceleration = {}, value
             elif owner == FORCE:
                 forces, acceleration = {**forces, key: value}, 0.0
-            elif key == "frequency_ratio":
-                of_dampers.setdefault(owner, {})["f"] = frequency_by_ratio(value, self.host)
             else:
                 of_dampers.setdefault(owner, {})[key] = value
-        dampers = tuple(
-            damper.changed(of_dampers[damper.name]) if damper.name in of_dampers else damper
-            for damper in self.dampers
-        )
+        host = self.host.with_numbers(of_host) if of_host else self.host
+        dampers = []
+        for damper in self.dampers:
+            if damper.name in of_dampers:
+                damper = damper.changed(of_dampers[damper.name])
+            dampers.append(damper.tuned_to(host))
         return replace(
             self,
-            dampers=dampers,
+            host=host,
+            dampers=tuple(dampers),
             force=MappingProxyType(dict(forces)),
             acceleration=acceleration,
             omega=omega,

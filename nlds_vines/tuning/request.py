@@ -426,6 +426,8 @@ class Tuning(Request):
         """Return the value [SI] of a parameter, or of a number of the load."""
         if self.history is not None and self._of_load(name):
             return self.history.load.number(name)
+        if name == self.system.stiffness:
+            return self.system.parameters.get(name, 1.0)
         return {**self.system.ratios, **self.system.parameters}[name]
 
     def _check_corners(self) -> None:

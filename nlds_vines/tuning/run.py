@@ -293,10 +293,8 @@ class Objective:
         if tuning.history is None:
             grid[tuning.frequency] = grid[tuning.frequency] * factor
         else:
-            spring, stiffness = "stiffness", np.ones(())  # a factor on that of a host
-            if not isinstance(tuning.system, General):
-                spring = "k1" if "k1" in tuning.system.parameters else "k"
-                stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
+            spring = tuning.system.stiffness
+            stiffness = grid.get(spring, np.asarray(tuning.value(spring)))
             scale = grid.get("scale", np.asarray(tuning.value("scale")))
             grid[spring] = stiffness * (factor * factor)
             grid["scale"] = scale * stretch

@@ -116,7 +116,8 @@ def test_a_file_states_dampers_by_frequency_and_ratio_and_keeps_what_it_states()
     cell, tmd, _ = system.dampers
     assert cell.statements == {"m": 300.0, "f": 1.9, "zeta": 0.1}
     frame = nv.shear_frame([1e4] * 3, [8e6] * 3)
-    assert tmd.f == pytest.approx(0.9 * frame.frequencies[0] / (2 * math.pi), rel=1e-12)
+    assert tmd.k == pytest.approx(90.0 * (0.9 * frame.frequencies[0]) ** 2, rel=1e-12)
+    assert tmd.statements == {"m": 90.0, "frequency_ratio": 0.9, "c": 3.0}
     table = system.to_table()
     assert table["dampers"][0]["f"] == 1.9
     assert "k" not in table["dampers"][0]
@@ -197,7 +198,7 @@ WRONG = [
     ('kind = "host"', 'kind = "hots"', r"\[system\]: unknown kind 'hots'; did you mean 'host'"),
     ("ratio = 0.01", "ratio = -1", r"shear_frame: ratio = \[-1\] must be finite numbers >= 0"),
     ("ratio = 0.01", "ratoi = 1", r"unknown key 'ratoi'; did you mean 'ratio'"),
-    ("ratio = 0.01", "C = [1]", r"\[system.host\]: unknown key 'C'"),
+    ("ratio = 0.01", "C = [1]", "shear_frame: C has the shape .1, 1., but M has .3, 3."),
     ("ratio = 0.01", 'file = "a.npz"', "file beside shear_frame: give one of file, M, modes"),
     ("ratio = 0.01", 'statics = ["roof"]', "statics without a reduction"),
     ("stiffnesses = ", "springs = ", r"shear_frame: unknown key 'springs'; allowed: masses, sti"),

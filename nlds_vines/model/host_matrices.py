@@ -567,22 +567,25 @@ def _check_empty_cells(lines: list[bytes], cut: bytes) -> None:
     pair = cut + cut
     if not any(pair in line or line[:1] == cut or line[-1:] == cut for line in lines):
         return
-    cells = [line.split(cut, _MOST_COLUMNS) for line in lines]
-    empty = [
-        (row, column)
-        for row, of_row in enumerate(cells)
-        for column, cell in enumerate(of_row)
-        if not cell.strip()
-    ]
-    n = len(lines)
-    if not empty or n == 1:
+    first: tuple[int, int] | None = None
+    is_lower = True
+    is_upper = True
+    for row, line in enumerate(lines):
+        cells = line.split(cut, _MOST_COLUMNS)
+        empty = [column for column, cell in enumerate(cells) if not cell.strip()]
+        if empty and first is None:
+            first = row, empty[0]
+        is_lower = is_lower and empty == [*range(row + 1, len(lines))]
+        is_upper = is_upper and empty == [*range(row)]
+        if first is not None and not (is_lower or is_upper):
+            break
+    if first is None:
         return
-    half = n * (n - 1) // 2
-    if len(empty) == half and all(row < column for row, column in empty):
+    if is_lower:
         _refuse_triangle("lower")
-    if len(empty) == half and all(row > column for row, column in empty):
+    if is_upper:
         _refuse_triangle("upper")
-    row, column = empty[0]
+    row, column = first
     raise RequestError(f"row {row + 1}, column {column + 1} is empty: give all numbers, also 0")
 
 

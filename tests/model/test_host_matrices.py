@@ -413,6 +413,7 @@ LARGE = {
     "line.txt": (lambda: b"1 " * 20_000_000, r"has the shape \(1, 4097\)"),
     "ends.csv": (lambda: b"\n" * 64_000_000, "holds no numbers"),
     "column.csv": (lambda: b"1\n" * 20_000_000, "has more than 4096 rows"),
+    "sheet.csv": (lambda: (b"1" + b"," * 4000 + b"1\n") * 4001, "row 1, column 2 is empty"),
     "line.mtx": (lambda: f"{MARKET}3 3 1\n".encode() + b"1 " * 20_000_000, "longer than an entry"),
     "sparse.csv": (None, "bytes; allowed: up to 268435456"),
 }

@@ -78,7 +78,7 @@ from nlds_vines.plotting.style import HUES
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
-CASE, WALL, PLACE = "case", "wall", "displacement"  # dimensions
+CASE, WALL, PLACE, DAMPER = "case", "wall", "displacement", "damper"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
 CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
@@ -91,7 +91,9 @@ SHOWN = tuple(
 )
 """The quantities that can be drawn: the largest energies, and the response quantities.
 
-Those of a displacement of a host are named with it, `x_max:roof`."""
+Those of a displacement or one of several dampers of a host are named with it, `x_max:roof`."""
+
+_OF_PLACES = frozenset(entry.name for entry in QUANTITIES if PLACE in entry.dims)
 
 _DEFAULTS: Document = {
     "vary": {"omega": {"start": 4.5, "stop": 8.0, "num": 351}},
@@ -124,16 +126,19 @@ def _quantity(shown: str) -> str:
     return shown.partition(":")[0]
 
 
+_TAILS = ((), (WALL,), (PLACE,), (DAMPER,))  # dimensions of a number after `start`
+
+
 def numbers_of_orbits(scan: Scan) -> dict[str, Dataset]:
-    """Return the datasets of a scan with one value for each orbit, wall, or displacement."""
+    """Return the datasets of a scan with one value for each orbit, wall, displacement or damper."""
     datasets = scan.table.datasets.items()
-    return {name: entry for name, entry in datasets if {*entry.tail} <= {WALL, PLACE}}
+    return {name: entry for name, entry in datasets if entry.tail in _TAILS}
 
 
-def _recorded(scan: Scan) -> Iterator[str]:
-    """Yield the names by which the `numbers_of_orbits` of a scan are shown."""
-    for name, entry in numbers_of_orbits(scan).items():
-        yield from (f"{name}:{one}" for one in scan.of) if PLACE in entry.tail else (name,)
+def dampers_of(scan: Scan) -> tuple[str, ...]:
+    """Return the names of a host's dampers; those of kinds have none."""
+    system = scan.system
+    return tuple(one.name for one in system.dampers) if isinstance(system, General) else ()
 
 
 @dataclass(frozen=True)
@@ -245,7 +250,7 @@ class CurveRequest(Request):
         if len(different := {case.scan.of for case in self.cases if case.scan.of}) > 1:
             text = " and of ".join(", ".join(of) for of in sorted(different))
             raise RequestError(f"curves record the response of {text}: all need the same `of`")
-        recorded = dict.fromkeys(name for case in self.cases for name in _recorded(case.scan))
+        recorded = self.recorded
         for name in self.show:
             if name not in recorded:
                 allowed = ", ".join(word for word in recorded if _quantity(word) in SHOWN)
@@ -303,24 +308,63 @@ class CurveRequest(Request):
         return [case.scan for case in self.cases]
 
     @cached_property
+    def dampers(self) -> tuple[str, ...]:
+        """The names of the dampers along the dimension `damper`, if a host has several."""
+        several = any(scan.system.scene.dampers for scan in self.scans)
+        names = dict.fromkeys(name for scan in self.scans for name in dampers_of(scan))
+        return tuple(names) if several else ()
+
+    @cached_property
     def table(self) -> Table:
-        """The `numbers_of_orbits` of all scans."""
+        """The `numbers_of_orbits` of all scans.
+
+        If kinds have a number, too, hosts do not have it for each damper: the damper of a kind has
+        no name.
+        """
         datasets: dict[str, Dataset] = {}
+        kinds = [scan for scan in self.scans if not isinstance(scan.system, General)]
+        of_kinds = {name for scan in kinds for name in numbers_of_orbits(scan)}
         for scan in sorted(self.scans, key=lambda scan: not scan.system.scene.damper):
             for name, entry in numbers_of_orbits(scan).items():
+                if DAMPER in entry.tail and name in of_kinds:
+                    continue
                 dims, former = (CASE, *entry.dims), datasets.get(name)
                 if former is None or len(dims) > len(former.dims):
                     datasets[name] = replace(entry, dims=dims)
         return Table(datasets, {scale.name: scale.values.size for scale in self.scales()})
 
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """The names by which the numbers of the `table` are shown."""
+        places = next((scan.of for scan in self.scans if scan.of), ())
+        names = {PLACE: places, DAMPER: self.dampers}
+        recorded: list[str] = []
+        for name, entry in self.table.datasets.items():
+            along = names.get(entry.tail[0]) if entry.tail else None
+            recorded += [name] if along is None else [f"{name}:{one}" for one in along]
+        return tuple(recorded)
+
+    def put(self, scan: Scan, name: str, array: np.ndarray, into: np.ndarray) -> None:
+        """Write the numbers (..., starts, own tail) of a scan to those of the `table`, in place."""
+        tail, own = self.table.datasets[name].tail, numbers_of_orbits(scan)[name].tail
+        if DAMPER in tail:
+            places = [self.dampers.index(one) for one in dampers_of(scan)]
+            into[..., places] = array if own else array[..., np.newaxis]
+        elif WALL in tail and not own:
+            into[..., 0] = array
+        elif DAMPER not in own:
+            into[...] = array
+
     def scales(self) -> list[Scale]:
         starts = np.array(self.scans[0].start.names, dtype=np.str_)
+        dampers = [Scale(DAMPER, np.array(self.dampers), "1", "name of the damper")]
         return [
             Scale(CASE, np.array(self.names), "1", "damper, or the structure alone"),
             DESCRIBED[self.axis].scale(self.values),
             Scale("start", starts, "1", "start of the orbit"),
             Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
             *(Scale(PLACE, np.array(of), "1", OF) for of in {scan.of for scan in self.scans} if of),
+            *(dampers if self.dampers else []),
         ]
 
     def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
@@ -423,8 +467,10 @@ def load_curves(
         show = look.get("show", ())
         needed = ["energy", *(BY_NAME[_quantity(name)].record[0] for name in show)]
         want = list(dict.fromkeys([*want, *needed]))
-        if of := list(dict.fromkeys(name.partition(":")[2] for name in show if ":" in name)):
-            shared["record"] = {"of": of, **shared.get("record", {})}
+        of = [name.partition(":")[2] for name in show if _quantity(name) in _OF_PLACES]
+        if any(of):
+            places = [*dict.fromkeys(place for place in of if place)]
+            shared["record"] = {"of": places, **shared.get("record", {})}
     shared["record"] = {**shared.get("record", {}), "want": want}
     panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
     cases: list[Case] = []
@@ -503,7 +549,8 @@ class ResponseCurve(Outlined):
 
     name: str  # of the case
     case: Case  # its scan, and the look of its curve
-    # (n, starts) by quantity; of two walls the larger value; of a host `x_max:roof`
+    # (n, starts) by quantity; of two walls the larger value; of a host `x_max:roof`, and of several
+    # dampers `impulse_max:ball`
     numbers: Mapping[str, np.ndarray]
     alone: np.ndarray | None = None  # (n,) E1max of the structure alone, if there is a damper
 
@@ -624,8 +671,9 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
         numbers: dict[str, np.ndarray] = {}
         for key in (key for key in view.names if view.dims(key)[:3] == dims):
             values, tail = view[key][i], view.dims(key)[3:]
-            if PLACE in tail:
-                numbers |= {f"{key}:{one}": values[..., j] for j, one in enumerate(view[PLACE])}
+            if tail and tail[0] in (PLACE, DAMPER):
+                names = view[tail[0]]
+                numbers |= {f"{key}:{one}": values[..., j] for j, one in enumerate(names)}
             else:
                 numbers[key] = np.fmax.reduce(values, axis=-1) if tail else values
         curves.append(ResponseCurve(name, case, numbers))

@@ -144,8 +144,7 @@ class Cases:
             kind = object if entry.dtype == "str" else entry.dtype
             table[name] = np.full((*block.shape, *tail), entry.fill, kind)
             if (array := self._cached[key].get(name)) is not None:
-                of_one_wall = table[name].ndim > array.ndim + 1
-                table[name][(0, ..., 0) if of_one_wall else 0] = array
+                self.scan.put(scan, name, array, table[name][0])
         return table
 
 

@@ -106,7 +106,8 @@ class HostHistory(History):
         The quantities of the response by name: E1max, last_50, roof.x_max, cell.impact_count ...
     impacts : mapping of str to (impacts,) ndarray
         Columns of the impacts in the order of touches: times `touch` and `release` [s], approach
-        `speed` [m/s], largest `force` [N] and `depth` [m], the `damper`, the side of its `wall`.
+        `speed` [m/s], largest `force` [N] and `depth` [m], `impulse` [N s] of a rigid wall, the
+        `damper`, the side of its `wall`.
     status : int
         0 unless the orbit failed.
     """
@@ -412,7 +413,11 @@ def _of_host(view: ArchiveView, request: HistoryRequest, number: int) -> dict[st
     touches = dict.fromkeys(IMPACT_COLUMNS, np.zeros(0))
     if "impact_system" in view:
         own = view["impact_system"] == number
-        touches = {name: view[f"impact_{name}"][own] for name in IMPACT_COLUMNS}
+        for name in IMPACT_COLUMNS:
+            if f"impact_{name}" in view:
+                touches[name] = view[f"impact_{name}"][own]
+            else:  # impulses, in archives of earlier versions
+                touches[name] = np.full(np.count_nonzero(own), np.nan)
     touches["damper"] = np.array(owners["damper"], dtype=str)[touches["damper"].astype(int)]
     touches["wall"] = np.where(touches["wall"] > 0.0, "+", "-")
     return {**columns, "impacts": touches}

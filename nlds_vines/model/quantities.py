@@ -258,6 +258,11 @@ QUANTITIES = (
         "impulse_max", "N s", "largest impulse of an impact", "largest impulse",
         column=OF_IMPULSES, has=_rigid, dims=("wall",),
     ),
+    Quantity(
+        "impulse_max", "N s", "largest impulse of each damper's rigid walls; NaN of a damper "
+        "without one", ("response",), "largest impulse", dims=("damper",), drawn=(MAPS, CURVES),
+        has=attrgetter("with_rigid_walls"),
+    ),
     *_response(
         "power_c1", "W", "mean power dissipated by the dashpot c1", "dissipated power",
         column=POWERS, symbol="c₁",

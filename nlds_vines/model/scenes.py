@@ -76,6 +76,7 @@ class Scene:
     # of the state, in the order of kernels and archives [m, m/s, m, m/s]
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
     dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
+    with_rigid_walls: tuple[str, ...] = ()  # the names of a host's dampers that have rigid walls
     # what the kernels of the scene offer
     unrecorded: tuple[str, ...] = ()  # records that they do not make
     may_be_empty: tuple[str, ...] = ()  # records of an orbit that need no walls

@@ -1093,6 +1093,9 @@ class General(System):
             body="host",
             components=tuple(part for name in (*names, *masses) for part in (name, f"v_{name}")),
             dampers=tuple(damper.name for damper in self.dampers) if several else (),
+            with_rigid_walls=tuple(
+                dict.fromkeys(name for name, wall in walls if LAWS[wall.law].instant)
+            ),
             of_walls=tuple((name, wall.side) for name, wall in walls),
             settable=tuple(name for name in self.allowed if name not in RATIOS),
             shaken="" if self.force else GROUND,

@@ -128,6 +128,7 @@ class Outputs:
     buffers: LaneBuffers
     evidence: np.ndarray | None  # of verdicts
     status: np.ndarray
+    impulses: np.ndarray | None = None  # of hosts, the largest of each damper's rigid walls [N s]
 
     @classmethod
     def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:

@@ -25,6 +25,7 @@ from nlds_vines.orbits.host_orbits import (
     HostOrbits,
     compile_host,
     energies_of,
+    largest_impulses,
     response_of,
     rows_of,
 )
@@ -54,7 +55,9 @@ class HostKernels:
         outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, periods)
         if "response" in self._wanted.want:
             response = np.full((*shape, len(self._of), len(OF_ROWS)), np.nan)
-            outputs = replace(outputs, buffers=outputs.buffers._replace(response=response))
+            buffers = outputs.buffers._replace(response=response)
+            impulses = np.full((*shape, len(self._system.dampers)), np.nan)
+            outputs = replace(outputs, buffers=buffers, impulses=impulses)
         if not JUDGED.isdisjoint(others):
             length = HostOrbits(self._system).layout.impacts.stop
             outputs = replace(outputs, evidence=np.full((*shape, length), np.nan))
@@ -73,12 +76,19 @@ class HostKernels:
         return arrays
 
     def responses(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets (sweeps, cells, displacements) of the response by name."""
-        filled = outputs.buffers.response
+        """Return the datasets of the response by name.
+
+        They are arrays (sweeps, cells, displacements), and with rigid walls `impulse_max` (sweeps,
+        cells, dampers), of a single damper (sweeps, cells).
+        """
+        filled, scene = outputs.buffers.response, self._wanted.scene
         if filled is None:
             return {}
-        entries = responses.quantities_of(self._wanted.scene)
-        return {entry.name: entry.from_buffer(filled) for entry in entries}
+        arrays = {entry.name: entry.from_buffer(filled) for entry in responses.quantities_of(scene)}
+        if outputs.impulses is not None and scene.with_rigid_walls:
+            impulses = outputs.impulses
+            arrays[responses.IMPULSE] = impulses if scene.dampers else impulses[..., 0]
+        return arrays
 
     def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the section (sweeps, cells, periods, components) without a verdict."""
@@ -128,6 +138,8 @@ class HostKernels:
             buffers.energy[place] = [E1, *(E2 if len(E2) else [0.0])]
         if watched is not None and buffers.response is not None:
             buffers.response[place] = response_of(orbits, watched, impacts, span.periods * period)
+        if out.impulses is not None:
+            out.impulses[place] = largest_impulses(orbits, impacts)
         rows = rows_of(impacts)
         walls, touches = rows[:, OF_WALL].astype(np.int64), rows[:, OF_TOUCH] / period
         if buffers.touches is not None:

@@ -308,13 +308,15 @@ class HostOrbits:
         table = np.zeros(len(rows), HOST_IMPACT)
         for row, values in zip(table, rows, strict=True):
             row["damper"], row["wall"] = self.names[int(values[0])]
-        for column, name in enumerate(("touch", "release", "speed", "force", "depth"), 1):
+        for column, name in enumerate((HOST_IMPACT.names or ())[2:], 1):
             table[name] = rows[:, column]
+        is_rigid = self.walls.law == LAWS_IN_KERNELS.index("restitution")
+        table["impulse"][~is_rigid[rows[:, 0].astype(int)]] = np.nan
         return table
 
 
 def rows_of(impacts: Impacts) -> np.ndarray:
-    """Return the impacts as rows of the columns OF_WALL to OF_DEEPEST."""
+    """Return the impacts as rows of the columns OF_WALL to OF_IMPULSE."""
     return impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
 
 

@@ -99,11 +99,12 @@ HOST_IMPACT = np.dtype(
     [
         ("damper", f"U{LONGEST_NAME}"),
         ("wall", "U1"),
-        *((name, float) for name in IMPACT_NUMBERS[:5]),
+        *((name, float) for name in (*IMPACT_NUMBERS[:5], "impulse")),
     ]
 )
 """A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
-approach speed [m/s]; largest force [N]; depth [m]."""
+approach speed [m/s]; largest force [N]; depth [m]; largest impulse of a rigid wall [N s], NaN of
+other walls."""
 
 
 def impact_type(scene: Scene) -> np.dtype:

@@ -35,14 +35,29 @@ OF_ROWS: Mapping[str, str] = {"x_max": "m", "x_rms": "m", "a_max": "m/s^2"}
 largest absolute acceleration."""
 
 
+IMPULSE = "impulse_max"  # of each damper of a host with rigid walls
+
+INFINITE = ("a_max", "force_max")
+"""Quantities of hosts that are infinite where a rigid wall acts."""
+
+
 def host_objectives(system: General, name: str) -> dict[str, str]:
-    """Return the objectives of a host's tuning: energies, and quantities of the row in a `name`."""
+    """Return the objectives of a host's tuning with their units.
+
+    They are energies, the largest impulses at rigid walls, and quantities of the row in a `name`.
+    """
+    impulses = dict.fromkeys(impulses_of(system.scene), "N s")
     row = name.rpartition(".")[0]
-    rows = (row,) if row else system.host.dofs
+    rows = (row,) if row and name not in impulses else system.host.dofs
     for one in rows:
         system.displacement(one)
     quantities = {f"{one}.{quantity}": unit for one in rows for quantity, unit in OF_ROWS.items()}
-    return {**dict.fromkeys(ENERGIES, "J"), **quantities}
+    return {**dict.fromkeys(ENERGIES, "J"), **quantities, **impulses}
+
+
+def impulses_of(scene: Scene) -> tuple[str, ...]:
+    """Return the names `ball.impulse_max` of the dampers with rigid walls."""
+    return tuple(f"{name}.{IMPULSE}" for name in scene.with_rigid_walls)
 
 
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:

@@ -259,6 +259,7 @@ _IMPACTS = (
     ("speed", "speed", "m/s", "approach speed"),
     ("force", "force_max", "N", "largest contact force of the impact"),
     ("depth", "depth", "m", "largest depth of the impact"),
+    ("impulse", "impulse", "N s", "largest impulse of a rigid wall, NaN of other walls"),
     ("gain1", "gain1", "J", "what E1 gains from touch to release"),
     ("gain2", "gain2", "J", "what E2 gains from touch to release"),
 )
@@ -387,7 +388,8 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
     impacts = np.zeros(len(view["wall"]) if "wall" in view else 0, impact_type(system.scene))
     for name, dataset, *_ in _IMPACTS:
         if impacts.size and name in (impacts.dtype.names or ()):
-            impacts[name] = view[dataset]
+            # archives of earlier versions have no impulses
+            impacts[name] = view[dataset] if name != "impulse" or dataset in view else np.nan
     order, amplitude, power = (np.atleast_2d(view[name]) for name in _SPECTRUM)
     histories = [*system.histories()][: len(system.scene.components)]
     time, at = view["time"], dict.fromkeys(("time", "impact", "order"), 0)

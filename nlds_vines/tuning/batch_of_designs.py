@@ -29,7 +29,9 @@ class Batch:
         wanted = Wanted(system.scene, words, METHOD, "quick", Settings.of(METHOD, tolerance))
         self._has_walls = bool(system.scene.walls)
         self._engine = engine_for(system)
-        of = (owner,) if owner else ()
+        of = (owner,) if owner and self._objective != responses.IMPULSE else ()
+        dampers = system.scene.dampers
+        self._place = dampers.index(owner) if owner in dampers and not of else None
         self._runner = self._engine.runner(wanted, tell, of=of, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
@@ -42,6 +44,8 @@ class Batch:
         values = {"E1max": energy[..., 0], "E2max": E2max}
         values |= self._runner.responses(outputs, sweeps)
         objective = values[self._objective]
+        if self._place is not None:
+            objective = objective[..., self._place]
         if objective.ndim > 2:  # of two walls, or of one displacement
             objective = objective.max(axis=-1)
         broken = np.zeros(shape) if violation is None else violation[..., 2].reshape(shape)

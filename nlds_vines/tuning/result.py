@@ -18,6 +18,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.orbits.records import OK, STATUS_FLAGS
+from nlds_vines.orbits.responses import INFINITE, impulses_of
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.design_space import Free
 from nlds_vines.tuning.request import STARTS, TONE, Tuning, load_tuning
@@ -228,9 +229,12 @@ class Tuned(Drawable):
     evaluations : int
         Number of designs evaluated.
     refused : int
-        Number of designs that were inadmissible, because an orbit failed or broke a constraint.
+        Number of designs that were inadmissible: an orbit failed or broke a constraint, or the
+        objective is infinite.
     path : path-like
         The archive.
+    failed : int
+        Number of designs of which an orbit failed.
 
     See Also
     --------
@@ -245,6 +249,7 @@ class Tuned(Drawable):
     evaluations: int
     refused: int
     path: ArchivePath
+    failed: int = 0
 
     @property
     def request(self) -> Tuning:
@@ -275,7 +280,7 @@ class Tuned(Drawable):
             If no design was admissible.
         """
         if not self.optima:
-            raise RequestError(f"{self.path}: every design was inadmissible; widen the bounds")
+            raise RequestError(f"{self.path}: {self._none_admissible()}")
         return self.optima[0]
 
     @property
@@ -288,6 +293,15 @@ class Tuned(Drawable):
         """The objective of the best design, in the unit `tuning.unit`."""
         return self.best.objective
 
+    def _none_admissible(self) -> str:
+        """Return in one line that no design is admissible, and why if the objective tells."""
+        tuning, text = self.tuning, f"all {self.evaluations} designs were inadmissible"
+        name, rigid = tuning.search.objective, tuning.system.scene.with_rigid_walls
+        if name.rpartition(".")[2] in INFINITE and rigid and self.failed < self.evaluations:
+            finite = ", ".join(impulses_of(tuning.system.scene))
+            return f"{text}: {name} is infinite where a rigid wall acts; {finite} is finite"
+        return f"{text}; widen the bounds"
+
     def lines(self) -> Iterator[str]:
         """Yield the lines of the report."""
         tuning = self.tuning
@@ -295,7 +309,7 @@ class Tuned(Drawable):
         if tuning.history is not None:
             yield from tuning.history.load.records_in_words(tuning.history.duration)
         if not self.optima:
-            yield f"all {self.evaluations} designs were inadmissible"
+            yield self._none_admissible()
             return
         yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
         yield f"objective: {tuning.objective_in_words}"
@@ -385,4 +399,5 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
             evaluations=int(stage.size),
             refused=int(np.count_nonzero(refused & (stage <= STAGES["polish"]))),
             path=ArchivePath.of(path),
+            failed=int(np.count_nonzero(view["status"] != OK)),
         )

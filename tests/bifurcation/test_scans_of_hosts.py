@@ -239,10 +239,15 @@ def test_energies_and_responses_are_those_of_simulate(tmp_path):
     for i, name in enumerate(of):
         for quantity in ("x_max", "x_rms", "a_max"):
             assert arrays[quantity][1, 0, i] == orbit.response[f"{name}.{quantity}"]
+    assert scan.table.datasets["impulse_max"].tail == ("damper",)
+    for i, damper in enumerate(RIGID.dampers):
+        assert arrays["impulse_max"][1, 0, i] == orbit.response[f"{damper.name}.impulse_max"]
+    assert arrays["impulse_max"][1, 0, 0] > 0.0
     path = archived(tmp_path / "x.h5", scan, arrays)
     with read(path) as view:
         drawn = quantities_in(view)
         assert {"E1max", "E2max:a", "E2max:b", "x_max:roof-floor2", "a_max:a"} <= drawn.keys()
+        assert drawn["impulse_max:b"].label == "largest impulse, b [N s]"
         assert drawn["E2max:b"].of(view)[1, 0] == orbit.E2max[1]
         assert drawn["x_max:roof"].label == "largest displacement, roof [m]"
         assert drawn["E1max"].label.startswith("energy of the host ")

@@ -231,6 +231,13 @@ def test_a_rigid_wall_makes_accelerations_infinite_where_its_impulse_acts():
     impulse = (1.0 + e) * fastest / (1.0 / 60.0 + 1.0 / 900.0)
     assert orbit.response["ball.impulse_max"] == pytest.approx(impulse, rel=1e-12)
     assert "soft.impulse_max" not in orbit.response  # its wall has a force
+    is_rigid = orbit.impacts["damper"] == "ball"
+    rigid = orbit.impacts[is_rigid]
+    returned = np.where(rigid["release"] == rigid["touch"], e, 0.0)  # of others the ball stays
+    impulses = (1.0 + returned) * rigid["speed"] / (1.0 / 60.0 + 1.0 / 900.0)
+    np.testing.assert_allclose(rigid["impulse"], impulses, rtol=1e-10)
+    assert np.isnan(orbit.impacts["impulse"][~is_rigid]).all()
+    assert 0 < np.count_nonzero(is_rigid) < len(is_rigid)
 
     load = {"impulse": 500.0, "on": "roof"}
     histories = nv.response_history(system, load=load, duration=10.0, of=names, quiet=True)
@@ -241,6 +248,7 @@ def test_a_rigid_wall_makes_accelerations_infinite_where_its_impulse_acts():
     fastest = touches["speed"][touches["damper"] == "ball"].max()
     impulse = (1.0 + e) * fastest / (1.0 / 60.0 + 1.0 / 900.0)
     assert numbers["ball.impulse_max"] == pytest.approx(impulse, rel=1e-12)
+    assert np.nanmax(touches["impulse"]) == numbers["ball.impulse_max"]
     assert math.isnan(numbers["soft.impulse_max"])
 
 
@@ -262,3 +270,4 @@ def test_a_blow_goes_on_to_a_rigid_wall_that_holds():
     assert max(impact["speed"] for impact in others) < 0.2
     assert orbit.response["ball.impulse_max"] == pytest.approx(1.5 * 0.2 * 4.0, rel=1e-12)
     assert orbit.response["stop.impulse_max"] == pytest.approx(1.5 * 0.2 * 4.0, rel=1e-12)
+    assert first["impulse"] == orbit.response["ball.impulse_max"]

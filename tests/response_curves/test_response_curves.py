@@ -412,18 +412,55 @@ def test_a_frame_without_dampers_has_its_energy_and_displacements_in_closed_form
     for curve in damped:
         np.testing.assert_array_equal(curve["reduction"], 1.0 - curve.E1max / alone.E1max)
         assert curve.peak_reduction == 1.0 - curve.peak / alone.peak
-    assert ["E2max" in curve.numbers for curve in damped] == [True, True]
-    assert np.isnan(damped[1]["E2max"]).all()  # of each of two dampers: along no one curve
+    assert np.isnan(damped[0]["E2max:b"]).all()
     of = ["roof", "roof-floor2"]
     sampling = {"periods": 240, "transient": 600, "of": of, "quiet": True}
     for system, curve in zip(systems, damped, strict=True):
         orbit = nv.simulate(system, record=["energy", "response"], **sampling)
+        for damper, energy in zip(system.dampers, orbit.E2max, strict=True):
+            assert curve[f"E2max:{damper.name}"][1] == energy > 0.0
         assert curve["x_max:roof"][1] == orbit.response["roof.x_max"]
         assert curve["a_max:roof-floor2"][1] == orbit.response["roof-floor2.a_max"]
     labels = [axes.get_ylabel() for axes in nv.plot(tmp_path / "a.h5").axes]
     assert labels[1:3] == [
         "largest displacement, roof [m]", "largest absolute acceleration, roof-floor2 [m/s$^{2}$]"
     ]  # fmt: skip
+
+
+@pytest.mark.kernels
+def test_impulses_at_rigid_walls_are_those_of_each_damper(tmp_path):
+    """Of hosts with one damper and with two; energies beside a kind, whose damper has no name."""
+    frame = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
+    rigid = [nv.Wall(0.01, side, law="restitution", e=0.6) for side in "+-"]
+    ball = nv.Damper("ball", "roof", m=300.0, walls=rigid)
+    soft = nv.Damper("soft", "roof", m=300.0, k=500.0, walls=[nv.Wall(0.001, K=3e7)])
+    drive = {"force": {"roof": 1500.0}, "omega": 12.6}
+    one, two = (nv.System.from_host(frame, it, **drive) for it in ([ball], [ball, soft]))
+    span = {"periods": 30, "transient": 40}
+
+    def curves(systems, shown):
+        tables = {"figure": {"show": [shown]}, "vary": {"omega": [12.0, 12.6]}, "sampling": span}
+        path = tmp_path / f"{len(systems)}.h5"
+        return nv.response_curves(systems, to=path, quiet=True, **tables).curves
+
+    expected = []
+    for system in (one, two):
+        orbit = nv.simulate(system, 30, transient=40, record=["response", "impacts"], quiet=True)
+        expected.append(orbit.response["ball.impulse_max"])
+        assert orbit.impacts["impulse"][orbit.impacts["damper"] == "ball"].max() == expected[-1]
+    _, single = curves([one], "impulse_max")
+    assert single["impulse_max"][1] == expected[0]
+    _, single, both = curves([one, two], "impulse_max:ball")
+    assert [single["impulse_max:ball"][1], both["impulse_max:ball"][1]] == expected
+    assert np.isnan([single["impulse_max:soft"], both["impulse_max:soft"]]).all()
+    (axes,) = (axes for axes in nv.plot(tmp_path / "2.h5").axes if "impulse" in axes.get_ylabel())
+    assert axes.get_ylabel() == "largest impulse, ball [N s]"
+    kind = nv.load_system("ssul-set6", law="restitution", e=0.7)
+    of_kind, both, single = curves([kind, two, one], "E2max")[2:]
+    how = {"transient": 40, "record": ["energy"], "quiet": True}
+    assert of_kind["E2max"][1] == nv.simulate(kind, 30, omega=12.6, **how).E2max
+    assert [single["E2max"][1]] == nv.simulate(one, 30, **how).E2max
+    assert np.isnan(both["E2max"]).all()
 
 
 def test_displacements_of_hosts_are_named_or_refused(error_of):

@@ -106,6 +106,37 @@ def test_the_best_of_all_places_is_the_orbit_of_its_system(tmp_path):
     assert again.best.places == tuned.best.places
 
 
+RIGID = [nv.Wall(0.01, side, law="restitution", e=0.6) for side in "+-"]
+BALLS = [nv.Damper("a", "roof", m=300.0, k=1e4, c=60.0, walls=RIGID), CELLS[1]]
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("load", [{}, {"impulse": 3e3, "on": "roof"}])
+def test_an_objective_that_rigid_walls_make_infinite_is_explained(load, tmp_path, error_of):
+    system = nv.System.from_host(FRAME, BALLS, force={"roof": 1500.0}, omega=12.59)
+    tables = {"free": {"a.gap": {"low": 0.001, "high": 0.01}}, "quiet": True}
+    tables["sampling"] = SHORT
+    if load:
+        tables |= {"load": load, "sampling": {"duration": 3.0}}
+    objectives = ["roof.a_max", *(["a.force_max"] if load else [])]
+    for i, name in enumerate(objectives):
+        tuned = nv.tune(system, tmp_path / f"{i}.h5", search={**SMALL, "objective": name}, **tables)
+        count = tuned.evaluations
+        line = (
+            f"all {count} designs were inadmissible: {name} is infinite where a rigid wall acts; "
+            "a.impulse_max is finite"
+        )
+        assert [*tuned.lines()][1:] == [line]
+        assert line in error_of(lambda tuned: tuned.best, tuned)
+    search = {**SMALL, "objective": "a.impulse_max"}
+    tuned = nv.tune(system, tmp_path / "finite.h5", search=search, **tables)
+    assert tuned.tuning.unit == "N s"
+    if not load:
+        best, how = system.with_(**tuned.parameters), {"transient": 30, "quiet": True}
+        orbit = nv.simulate(best, 10, record=["response"], **how)
+        assert tuned.objective == orbit.response["a.impulse_max"] > 0.0
+
+
 LINEAR = nv.System.from_host(
     nv.Host([[10.0]], [[4000.0]], [[8.0]]), [nv.Damper("t", "x1", m=0.6, k=200.0, c=2.0)]
 )

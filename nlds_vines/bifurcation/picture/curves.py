@@ -180,8 +180,10 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
         for start in range(curve.case.scan.starts if shown in numbers else 0):
             width = look["linewidth"] * (_THIN if start else 1.0)
             _draw_curve(frame, curve, numbers[shown], look | {"linewidth": width}, start)
-        if with_damper and "E2max" in numbers and curve.case.scan.system.scene.damper:
-            _draw_curve(frame, curve, numbers["E2max"], look | {"linestyle": _DOTTED})
+        has_damper = with_damper and curve.case.scan.system.scene.damper
+        for name in numbers if has_damper else ():
+            if name.partition(":")[0] == "E2max":  # of each damper
+                _draw_curve(frame, curve, numbers[name], look | {"linestyle": _DOTTED})
     quantity = BY_NAME[shown.partition(":")[0]]
     up = quantity_label(shown, quantity.unit, quantity.words, request.body)
     if with_damper:

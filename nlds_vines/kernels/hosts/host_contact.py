@@ -471,7 +471,7 @@ class PreparedHost(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """The impacts one by one: rows of the columns OF_WALL, OF_TOUCH ... OF_DEEPEST."""
+    """The impacts one by one: rows of the columns OF_WALL, OF_TOUCH ... OF_IMPULSE."""
 
     data: Any  # ROW_OF_IMPACT numbers of each; all arrays are rows, in inner kernels bare ones
     filled: Any  # (1,) begun, also beyond the room
@@ -481,8 +481,8 @@ class Impacts(NamedTuple):
     hardest: Any  # (walls,) largest impulse of a rigid wall so far [N s]
 
 
-OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST = range(6)
-ROW_OF_IMPACT = 6
+OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST, OF_IMPULSE = range(7)
+ROW_OF_IMPACT = 7
 
 
 @jit
@@ -498,7 +498,8 @@ def begin(host, varied, wall, time, y):
     if row < impacts.room:
         data, at = impacts.data, ROW_OF_IMPACT * row
         data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan
-        data[at + OF_SPEED], data[at + OF_DEEPEST] = walls.signs[wall] * s, 0.0
+        data[at + OF_SPEED] = walls.signs[wall] * s
+        data[at + OF_DEEPEST], data[at + OF_IMPULSE] = 0.0, 0.0
         data[at + OF_LARGEST] = math.inf if walls.law[wall] == IS_RIGID else 0.0
     active[0] += 1
     active[active[0]] = wall
@@ -637,11 +638,16 @@ def firm_impulse(walls, contacts, wall):
 @jit
 def note_impulses(walls, contacts, impacts):
     """Raise the largest impulses by those of an impact, also at walls that held before it."""
-    active, hardest = contacts.active, impacts.hardest
+    active, hardest, data = contacts.active, impacts.hardest, impacts.data
     for c in range(active[0]):
         wall = active[1 + c]
-        if walls.law[wall] == IS_RIGID:
-            hardest[wall] = max(hardest[wall], contacts.impulses[wall])
+        if walls.law[wall] != IS_RIGID:
+            continue
+        impulse, row = contacts.impulses[wall], contacts.rows[wall]
+        hardest[wall] = max(hardest[wall], impulse)
+        if 0 <= row < impacts.room:
+            at = ROW_OF_IMPACT * row + OF_IMPULSE
+            data[at] = max(data[at], impulse)
 
 
 @jit

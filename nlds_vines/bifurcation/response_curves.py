@@ -44,7 +44,6 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.catalog import any_system, read_request
-from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import (
     DESCRIBED,
     PARAMETERS,
@@ -68,7 +67,7 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
-from nlds_vines.model.system import General, System
+from nlds_vines.model.system import System
 from nlds_vines.orbits.records import USUAL, failures_in, failures_in_words
 from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -91,7 +90,7 @@ SHOWN = tuple(
 )
 """The quantities that can be drawn: the largest energies, and the response quantities.
 
-Those of a displacement or one of several dampers of a host are named with it, `x_max:roof`."""
+Those of a displacement or one of several dampers of a host are named with it, `roof.x_max`."""
 
 _OF_PLACES = frozenset(entry.name for entry in QUANTITIES if PLACE in entry.dims)
 
@@ -123,7 +122,7 @@ def _checked_show(value: object) -> tuple[str, ...]:
 
 
 def _quantity(shown: str) -> str:
-    return shown.partition(":")[0]
+    return shown.rpartition(".")[2]
 
 
 _TAILS = ((), (WALL,), (PLACE,), (DAMPER,))  # dimensions of a number after `start`
@@ -136,9 +135,8 @@ def numbers_of_orbits(scan: Scan) -> dict[str, Dataset]:
 
 
 def dampers_of(scan: Scan) -> tuple[str, ...]:
-    """Return the names of a host's dampers; those of kinds have none."""
-    system = scan.system
-    return tuple(one.name for one in system.dampers) if isinstance(system, General) else ()
+    """Return the names of dampers that own numbers; the damper of a kind has no name."""
+    return scan.system.owning_dampers
 
 
 @dataclass(frozen=True)
@@ -224,7 +222,7 @@ class CurveRequest(Request):
         (ENERGY,), Checked(_checked_show, listed=True),
         "figure", "what is drawn, a panel for each: the largest energies, or response "
         "quantities such as x1_max, v1_rms, stroke_max, force_max, transmissibility, of a host "
-        "`x_max:roof`, see [Datasets](datasets.md)",
+        "`roof.x_max`, see [Datasets](datasets.md)",
         "A,B,C", usual=ENERGY,
         option="--show",
     )  # fmt: skip
@@ -322,7 +320,7 @@ class CurveRequest(Request):
         no name.
         """
         datasets: dict[str, Dataset] = {}
-        kinds = [scan for scan in self.scans if not isinstance(scan.system, General)]
+        kinds = [scan for scan in self.scans if not dampers_of(scan)]
         of_kinds = {name for scan in kinds for name in numbers_of_orbits(scan)}
         for scan in sorted(self.scans, key=lambda scan: not scan.system.scene.damper):
             for name, entry in numbers_of_orbits(scan).items():
@@ -341,7 +339,7 @@ class CurveRequest(Request):
         recorded: list[str] = []
         for name, entry in self.table.datasets.items():
             along = names.get(entry.tail[0]) if entry.tail else None
-            recorded += [name] if along is None else [f"{name}:{one}" for one in along]
+            recorded += [name] if along is None else [f"{one}.{name}" for one in along]
         return tuple(recorded)
 
     def put(self, scan: Scan, name: str, array: np.ndarray, into: np.ndarray) -> None:
@@ -467,7 +465,7 @@ def load_curves(
         show = look.get("show", ())
         needed = ["energy", *(BY_NAME[_quantity(name)].record[0] for name in show)]
         want = list(dict.fromkeys([*want, *needed]))
-        of = [name.partition(":")[2] for name in show if _quantity(name) in _OF_PLACES]
+        of = [name.rpartition(".")[0] for name in show if _quantity(name) in _OF_PLACES]
         if any(of):
             places = [*dict.fromkeys(place for place in of if place)]
             shared["record"] = {"of": places, **shared.get("record", {})}
@@ -549,8 +547,8 @@ class ResponseCurve(Outlined):
 
     name: str  # of the case
     case: Case  # its scan, and the look of its curve
-    # (n, starts) by quantity; of two walls the larger value; of a host `x_max:roof`, and of several
-    # dampers `impulse_max:ball`
+    # (n, starts) by quantity; of two walls the larger value; of a host `roof.x_max`, and of several
+    # dampers `ball.impulse_max`
     numbers: Mapping[str, np.ndarray]
     alone: np.ndarray | None = None  # (n,) E1max of the structure alone, if there is a damper
 
@@ -673,7 +671,7 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
             values, tail = view[key][i], view.dims(key)[3:]
             if tail and tail[0] in (PLACE, DAMPER):
                 names = view[tail[0]]
-                numbers |= {f"{key}:{one}": values[..., j] for j, one in enumerate(names)}
+                numbers |= {f"{one}.{key}": values[..., j] for j, one in enumerate(names)}
             else:
                 numbers[key] = np.fmax.reduce(values, axis=-1) if tail else values
         curves.append(ResponseCurve(name, case, numbers))
@@ -691,15 +689,21 @@ def _energy_alone(scan: Scan, curves: Sequence[ResponseCurve]) -> np.ndarray | N
     system: System = scan.system
     if not system.scene.damper:
         return None
-    if not isinstance(system, General):
-        return energy_alone(scan.cells())
-    parts = ("kind", "host", "force")
-    bare = [system.to_table()[part] for part in parts]
+    in_closed_form = system.energy_alone(scan.cells())
+    if in_closed_form is not None:
+        return in_closed_form
+    bare = _without_words(system.alone())
     for curve in curves:
         other = curve.case.scan.system
-        if not other.scene.damper and [other.to_table().get(part) for part in parts] == bare:
+        if not other.scene.damper and _without_words(other) == bare:
             return curve.E1max
     return None
+
+
+def _without_words(system: System) -> dict[str, Any]:
+    """Return the table of a system without its name, its title and the sources of its numbers."""
+    values = system.to_table()
+    return {key: values[key] for key in values if key not in ("name", "title", "sources")}
 
 
 # ---- the function and the command ----------------------------------------------------------------

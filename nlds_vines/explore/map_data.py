@@ -218,7 +218,7 @@ class Stored:
 
     @cached_property
     def numbers(self) -> dict[str, Number]:
-        """The numbers of each orbit by name; those of a host's parts are `x_max:roof`."""
+        """The numbers of each orbit by name; those of a host's parts are `roof.x_max`."""
         scan, scene = self.scan, self.scan.system.scene
         parts = dict(zip(PARTS, (scene.dampers, scan.of), strict=True))
         numbers = dict[str, Number]()
@@ -229,7 +229,7 @@ class Stored:
                 numbers[name] = Number(title, entry.unit, name, width=entry.width)
             for i, part in enumerate(parts.get(first, ())):
                 place = (..., i, slice(None)) if others[0] else (..., i)
-                numbers[f"{name}:{part}"] = Number(f"{title}, {part}", entry.unit, name, place)
+                numbers[f"{part}.{name}"] = Number(f"{title}, {part}", entry.unit, name, place)
         return numbers
 
     @cached_property

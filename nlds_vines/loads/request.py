@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -26,9 +26,7 @@ from nlds_vines.errors import (
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import any_system, any_system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
-from nlds_vines.model.parameters import DESCRIBED, FORCE, GROUND, LAWS, SECOND, flat
-from nlds_vines.model.ratios import meant_by, refuse_twice
-from nlds_vines.model.scenes import BASES, Scene
+from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND, flat
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -152,18 +150,6 @@ class HistoryRequest(Request):
             )
         if len({isinstance(system, General) for system in self.systems}) > 1:
             raise RequestError("systems: hosts beside other kinds; give one of them")
-        if not self.has_hosts:
-            for key, value in (("on", self.load.on), ("of", self.of)):
-                if value:
-                    raise RequestError(f"{key} = {shown(value)} is for hosts")
-        elif self.load.harmonic:
-            raise RequestError("harmonic: a host takes a tone, [load.tone] with amplitude, omega")
-        elif self.settle:
-            raise RequestError(f"settle = {self.settle:g}: the rms of hosts is over all times")
-        for system in self.systems if self.load.harmonic else ():
-            system.refuse_without_force()
-            if system.scene.shaken:
-                raise moves_by_a_tone("harmonic")
         # axes that a system or the load has, and not too many orbits
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
@@ -173,17 +159,11 @@ class HistoryRequest(Request):
         parameters = [name for name in columns if not is_of_load(name)]
         for name in parameters:
             if not any(system.takes(name) for system in self.systems):
-                if "." in name and not self.has_hosts:
-                    self.load.number(name)
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
         for name in self.of:
             self.systems[-1].displacement(name)
         for system in self.systems:
-            if isinstance(system, General):
-                self.check_host(system, parameters)
-                continue
-            refuse_twice(system.scene, parameters)
-            refuse_without_effect(system.scene, self.load, parameters)
+            system.refuse_under(self.load, parameters, of=self.of, settle=self.settle)
             if self.sampled is not None:
                 system.cells({k: v for k, v in columns.items() if system.takes(k)})
         for name, values in columns.items():
@@ -198,23 +178,21 @@ class HistoryRequest(Request):
             raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
         for system, load in corners:
             load.check(self.duration, system.natural_period)
-        sizes = [len(system.scene.components) for system in self.systems]
-        for system, size in zip(self.systems, sizes, strict=True):
-            # the state of a host without dampers begins that of one with them
-            if self.state and len(self.state) != (max(sizes) if self.has_hosts else size):
-                components = ", ".join(system.scene.components)
-                raise RequestError(
-                    f"state = {list(self.state)} of {system.name} must be {components}"
-                )
+        if self.state:
+            self._check_state()
 
-    def check_host(self, system: General, names: Collection[str]) -> None:
-        """Refuse names that mean nothing under a load, and displacements that do not exist."""
-        for name in names:
-            if is_of_own_force(name):
-                raise RequestError(f"{name}: a system's own force is off under a load")
-        system.refuse_twice(name for name in names if system.takes(name))
-        if self.load.acts:
-            system.under(self.load)
+    def _check_state(self) -> None:
+        """Refuse a state that is not that of the largest system.
+
+        The state of a structure without dampers begins that of one with them.
+        """
+        each = [system.scene.components for system in self.systems]
+        largest = max(each, key=len)
+        for system, components in zip(self.systems, each, strict=True):
+            if len(self.state) != len(largest) or components != largest[: len(components)]:
+                raise RequestError(
+                    f"state = {list(self.state)} of {system.name} must be {', '.join(components)}"
+                )
 
     @property
     def has_hosts(self) -> bool:
@@ -312,24 +290,6 @@ class HistoryRequest(Request):
         return {key: value for key, value in document.items() if value}
 
 
-def refuse_without_effect(scene: Scene, load: Loading, names: Collection[str]) -> None:
-    for name, meant in zip(names, meant_by(scene, names), strict=True):
-        if meant in ("Y", *BASES):
-            raise moves_by_a_tone(name)
-        if not load.harmonic and meant in ("P", "omega"):
-            raise RequestError(
-                f"{name}: the harmonic force is off under a load, so that all orbits would be "
-                "equal; harmonic = true adds it"
-            )
-
-
-def moves_by_a_tone(name: str) -> RequestError:
-    return RequestError(
-        f"{name}: under a load the ground moves by a tone, [load.tone] with amplitude, omega and "
-        'unit = "m/s^2"'
-    )
-
-
 def refuse_load_in_set(request: Merged) -> None:
     for place, layer in request.layers:
         for name in layer.get("set", {}):
@@ -340,11 +300,6 @@ def refuse_load_in_set(request: Merged) -> None:
 
 def is_of_load(name: str) -> bool:
     return name in NUMBERS or (name.partition(".")[0] in ALL and name not in DESCRIBED)
-
-
-def is_of_own_force(name: str) -> bool:
-    """Return True for a number of a host's harmonic force, which is off under a load."""
-    return name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}.")
 
 
 def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:

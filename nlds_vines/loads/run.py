@@ -144,7 +144,9 @@ def _fly(
     if request.state:
         for i in range(count):
             one = system.with_(**{name: float(column[i]) for name, column in grid.items()})
-            starts[i] = start_state(one, float(one.rest or 0.0), request.state)[:4]
+            starts[i] = start_state(
+                one, float(one.rest or 0.0), request.state[: len(scene.components)]
+            )[:4]
     batch = LoadBatch(scene, request.load.shaken, request.tolerance, tell)
     # rounded down by up to an eighth, so that many systems share their loads
     mantissa, exponent = np.frexp(batch.longest(cells))

@@ -1,4 +1,7 @@
-"""The motion without contact in closed form: its amplitudes, and the matrix of its flow."""
+"""The motion without contact in closed form: its amplitudes, and the matrix of its flow.
+
+A `system` is a `Preset`, of one of the paper's kinds.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.model.presets import modulus
-from nlds_vines.model.system import Preset
 
 
-def amplitudes(system: Preset, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
+def amplitudes(system: Any, omega: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the steady state of equation (5) without contact, under a force or on moving ground.
 
     x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)) [m].  With the joint
@@ -37,7 +39,7 @@ def amplitudes(system: Preset, omega: Any) -> tuple[np.ndarray, np.ndarray | Non
     return _amplitude(P * damper, whole), _amplitude(P * joint, whole)
 
 
-def flow_matrix(system: Preset) -> np.ndarray:
+def flow_matrix(system: Any) -> np.ndarray:
     """Return the matrix A of the motion without contact, dy/dt = A y, by equation (5); (6, 6).
 
     y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s] has the force among the

@@ -38,6 +38,7 @@ from nlds_vines.model.dampers import (
     check_places,
     damper_from,
 )
+from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.parameters import (
     CONTACT,
     DAMPING,
@@ -59,7 +60,14 @@ from nlds_vines.model.parameters import (
     split_name,
 )
 from nlds_vines.model.presets import NEAR, check_law, merged_parameters, ratios_among, records_of
-from nlds_vines.model.ratios import following, meant_by, of_parameters, ratios_in, still_set
+from nlds_vines.model.ratios import (
+    following,
+    meant_by,
+    of_parameters,
+    ratios_in,
+    refuse_twice,
+    still_set,
+)
 from nlds_vines.model.scenes import BASES, HOST, SCENES, HostScene, Scene, Stroke, Values
 from nlds_vines.model.signals import (
     SIGNALS,
@@ -225,6 +233,11 @@ class System(Outlined):
         raise NotImplementedError
 
     @property
+    def numbers(self) -> Mapping[str, float]:
+        """The numbers that have a value, by name: parameters, ratios, factors on matrices."""
+        return {**self.ratios, **self.parameters}
+
+    @property
     def drive(self) -> Mapping[str, float]:
         """The parameters of the force, or of the motion of the ground, by name."""
         raise NotImplementedError
@@ -296,6 +309,22 @@ class System(Outlined):
         """Raise `RequestError` if a corner of a grid is not allowed, as if walls overlap."""
         raise NotImplementedError
 
+    def refuse_under(
+        self,
+        load: Any,
+        names: Collection[str],
+        *,
+        of: Sequence[str] = (),
+        settle: float = 0.0,
+    ) -> None:
+        """Raise `RequestError` for what means nothing, or is not offered, under a load.
+
+        `load` is a `Loading`, `names` are of parameters that vary, `of` of displacements, `settle`
+        [s] is left out of rms values.  The system's own force is off under a load, unless that is
+        harmonic.
+        """
+        raise NotImplementedError
+
     def refuse_without_force(self) -> None:
         """Raise `RequestError` if the system was made for loads in time, without a force."""
         raise NotImplementedError
@@ -356,8 +385,16 @@ class System(Outlined):
         """The values of the components of the state in which all springs rest."""
         raise NotImplementedError
 
+    def shortest_natural_period(self, grid: Mapping[str, np.ndarray]) -> float:
+        """Return the least `natural_period` [s] at points of a grid, as of `cells`."""
+        raise NotImplementedError
+
     def alone(self) -> System:
         """Return the structure without its dampers, under the same force."""
+        raise NotImplementedError
+
+    def energy_alone(self, cells: np.ndarray) -> np.ndarray | None:
+        """Return E1max [J] of the structure alone in `cells` in closed form; None without one."""
         raise NotImplementedError
 
     def displacements(
@@ -383,6 +420,11 @@ class System(Outlined):
     def damper_names(self) -> tuple[str, ...]:
         """The names of the dampers; "damper" of one that has no name."""
         raise NotImplementedError
+
+    @property
+    def owning_dampers(self) -> tuple[str, ...]:
+        """The dampers by whose name numbers are called, as `cell.k`; none of the paper's kinds."""
+        return ()
 
     @property
     def chain(self) -> tuple[str, ...]:
@@ -542,6 +584,31 @@ class Preset(System):
     def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
         """Accept any corner of a grid, as the range of one parameter depends on no other."""
 
+    def refuse_under(
+        self,
+        load: Any,
+        names: Collection[str],
+        *,
+        of: Sequence[str] = (),
+        settle: float = 0.0,
+    ) -> None:
+        for key, value in (("on", load.on), ("of", of)):
+            if value:
+                raise RequestError(f"{key} = {shown(value)} is for hosts")
+        if load.harmonic:
+            self.refuse_without_force()
+        if load.harmonic and self.scene.shaken:
+            raise _moves_by_a_tone("harmonic")
+        refuse_twice(self.scene, names)
+        for name, meant in zip(names, meant_by(self.scene, names), strict=True):
+            if meant in ("Y", *BASES):
+                raise _moves_by_a_tone(name)
+            if not load.harmonic and meant in ("P", "omega"):
+                raise RequestError(
+                    f"{name}: the harmonic force is off under a load, so that all orbits would be "
+                    "equal; harmonic = true adds it"
+                )
+
     def refuse_without_force(self) -> None:
         missing = ", ".join(n for n, source in self.sources.items() if source == NOT_GIVEN)
         if missing:
@@ -588,6 +655,14 @@ class Preset(System):
             if gap is not None:
                 walls.append((sign, gap(parameters)))
         return [Stroke(r, np.maximum(np.abs(r), np.abs(x1)), walls)]
+
+    def shortest_natural_period(self, grid: Mapping[str, np.ndarray]) -> float:
+        cells = self.cells(grid)
+        with np.errstate(divide="ignore"):
+            return 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
+
+    def energy_alone(self, cells: np.ndarray) -> np.ndarray:
+        return energy_alone(cells)
 
     def alone(self) -> Preset:
         scene = SCENES["none"]
@@ -938,6 +1013,13 @@ class Preset(System):
         return records_of(self.scene, self.parameters, ())
 
 
+def _moves_by_a_tone(name: str) -> RequestError:
+    return RequestError(
+        f"{name}: under a load the ground moves by a tone, [load.tone] with amplitude, omega and "
+        'unit = "m/s^2"'
+    )
+
+
 def _energy_of_structure(system: Preset, states: np.ndarray) -> np.ndarray:
     """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
     m1, k1, _ = system.structure
@@ -985,6 +1067,11 @@ _SIGNALS = {
     "E2": SignalWords("J", "energy of the mass", "E_2"),
 }
 """The signals of degrees of freedom and dampers, by key."""
+
+
+def _is_of_own_force(name: str) -> bool:
+    """Return True for a number of a host's harmonic force, which is off under a load."""
+    return name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}.")
 
 
 def _displaced(row: np.ndarray, part: int, states: np.ndarray) -> np.ndarray:
@@ -1135,6 +1222,25 @@ class General(System):
     def takes(self, name: str) -> bool:
         return name in self.allowed
 
+    def refuse_under(
+        self,
+        load: Any,
+        names: Collection[str],
+        *,
+        of: Sequence[str] = (),
+        settle: float = 0.0,
+    ) -> None:
+        if load.harmonic:
+            raise RequestError("harmonic: a host takes a tone, [load.tone] with amplitude, omega")
+        if settle:
+            raise RequestError(f"settle = {settle:g}: the rms of hosts is over all times")
+        for name in names:
+            if _is_of_own_force(name):
+                raise RequestError(f"{name}: a system's own force is off under a load")
+        self.refuse_twice(name for name in names if self.takes(name))
+        if load.acts:
+            self.under(load)
+
     def refuse_without_force(self) -> None:
         if not (self.force or self.acceleration):
             raise RequestError("a host without a force: give [system.force]")
@@ -1170,6 +1276,16 @@ class General(System):
                 walls.append((SIDES[wall.side], gap))
             strokes.append(Stroke(sum(terms, zero), sum(map(np.abs, terms), zero), walls))
         return strokes
+
+    def shortest_natural_period(self, grid: Mapping[str, np.ndarray]) -> float:
+        of_host = {name: np.ravel(grid[name]) for name in grid if name in self.host.settable}
+        periods = [self.natural_period]
+        for values in zip(*of_host.values(), strict=True):
+            periods.append(self.with_values(of_host, map(float, values)).natural_period)
+        return min(periods)
+
+    def energy_alone(self, cells: np.ndarray) -> None:
+        return None
 
     def alone(self) -> General:
         return replace(self, dampers=(), name="host", title="")
@@ -1207,6 +1323,11 @@ class General(System):
         forces = {f"{FORCE}.{dof}": P for dof, P in self.force.items()}
         drive = forces or {GROUND: self.acceleration}
         return MappingProxyType({**of_dampers, **self.host.numbers, **drive, "omega": self.omega})
+
+    @property
+    def numbers(self) -> Mapping[str, float]:
+        factors = {name: 1.0 for name in self.host.settable if name not in self.parameters}
+        return {**factors, **self.ratios, **self.parameters}
 
     @cached_property
     def allowed(self) -> tuple[str, ...]:
@@ -1428,6 +1549,10 @@ class General(System):
     @property
     def damper_names(self) -> tuple[str, ...]:
         return tuple(damper.name for damper in self.dampers)
+
+    @property
+    def owning_dampers(self) -> tuple[str, ...]:
+        return self.damper_names
 
     @property
     def chain(self) -> tuple[str, ...]:

@@ -113,6 +113,10 @@ class Engine(Protocol):
         followed to the next section by the method and the settings `how`.
         """
 
+    @property
+    def start_size(self) -> int:
+        """The number of draws from which a random start is made."""
+
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         """Return states (..., draws, components) in the cells (...), of draws from [-1, 1)."""
 

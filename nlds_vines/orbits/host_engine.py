@@ -110,6 +110,10 @@ class HostEngine:
             states[i] = orbits.states(state) if code == OK else np.nan
         return states
 
+    @property
+    def start_size(self) -> int:
+        return len(self.system.scene.components)
+
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         states = [
             [HostOrbits(in_cell(self.system, cell)).random_state(draw) for draw in draws]

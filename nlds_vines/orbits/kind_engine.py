@@ -95,6 +95,10 @@ class KindEngine:
         phases = initial.get(PHASE, np.full(len(cells), start.phase))
         return at_section(self._scene, how, cells, states, phases, tell)
 
+    @property
+    def start_size(self) -> int:
+        return 4
+
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         return starts.random_states(cells, draws, self._scene)
 

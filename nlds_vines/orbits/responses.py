@@ -16,7 +16,7 @@ import numpy as np
 from nlds_vines.model.linear_response import alone, ground_amplitude
 from nlds_vines.model.quantities import Quantity, stored_in
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import General, Preset
+from nlds_vines.model.system import General, Preset, System
 
 # distance from a rigid stop, relative to the stop's, within which a displacement is at it
 AT_STOP = 1.0e-12
@@ -24,8 +24,14 @@ AT_STOP = 1.0e-12
 ENERGIES = tuple(entry.name for entry in stored_in("energy"))  # the largest, objectives too
 
 
-def objectives_of(scene: Scene) -> dict[str, str]:
-    """Return the objectives of a tuning by name, with their units."""
+def objectives_of(system: System, scene: Scene, name: str) -> dict[str, str]:
+    """Return the objectives of a tuning by name, with their units.
+
+    scene: of the system, or with other laws.  Of a host, they are energies and the quantities of
+    the displacement in `name`.
+    """
+    if isinstance(system, General):
+        return _objectives_of_host(system, name)
     every = (*stored_in("energy"), *quantities_of(scene))
     return {entry.name: entry.unit for entry in every if entry.has(scene)}
 
@@ -41,11 +47,8 @@ INFINITE = ("a_max", "force_max")
 """Quantities of hosts that are infinite where a rigid wall acts."""
 
 
-def host_objectives(system: General, name: str) -> dict[str, str]:
-    """Return the objectives of a host's tuning with their units.
-
-    They are energies, the largest impulses at rigid walls, and quantities of the row in a `name`.
-    """
+def _objectives_of_host(system: General, name: str) -> dict[str, str]:
+    """Return energies, the largest impulses at rigid walls, and quantities of the row in `name`."""
     impulses = dict.fromkeys(impulses_of(system.scene), "N s")
     row = name.rpartition(".")[0]
     rows = (row,) if row and name not in impulses else system.host.dofs

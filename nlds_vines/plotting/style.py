@@ -85,11 +85,13 @@ def axis_label(parameter: str) -> str:
 def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded quantity.
 
-    The part of a host in `x_max:roof`, or a signal, stands behind the symbol. A quantity without a
-    label in `model.quantities` is labeled by the first clause of its `long_name`. `body` is the
-    word for the forced body.
+    The owner in `roof.x_max`, or the signal in `broadband:x1`, stands behind the symbol. A quantity
+    without a label in `model.quantities` is labeled by the first clause of its `long_name`. `body`
+    is the word for the forced body.
     """
-    name, _, part = name.partition(":")
+    part, _, name = name.rpartition(".")
+    if not part:
+        name, _, part = name.partition(":")
     meaning, symbol = COORDINATES.get(name, ("", ""))
     if name in BY_NAME:
         meaning, symbol = BY_NAME[name].label, BY_NAME[name].symbol

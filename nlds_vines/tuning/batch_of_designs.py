@@ -29,6 +29,7 @@ class Batch:
         wanted = Wanted(system.scene, words, METHOD, "quick", Settings.of(METHOD, tolerance))
         self._has_walls = bool(system.scene.walls)
         self._engine = engine_for(system)
+        self.start_size = self._engine.start_size
         of = (owner,) if owner and self._objective != responses.IMPULSE else ()
         dampers = system.scene.dampers
         self._place = dampers.index(owner) if owner in dampers and not of else None

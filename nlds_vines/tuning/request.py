@@ -19,9 +19,7 @@ from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.request import (
     HistoryRequest,
     is_of_load,
-    is_of_own_force,
     refuse_load_in_set,
-    refuse_without_effect,
 )
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import without_hosts
@@ -36,7 +34,7 @@ from nlds_vines.model.parameters import (
     symbol_of,
 )
 from nlds_vines.model.presets import refuse_foreign
-from nlds_vines.model.quantities import BY_NAME, OF_KNOWN_GROUND, OF_LOADS, of_load, stored_in
+from nlds_vines.model.quantities import BY_NAME, OF_KNOWN_GROUND, of_load, stored_in
 from nlds_vines.model.ratios import axes_of_parameters, meant_by, refuse_twice
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -57,8 +55,8 @@ from nlds_vines.model.setting import (
     tables,
 )
 from nlds_vines.model.slow_manifold import slow_manifold
-from nlds_vines.model.system import General, System
-from nlds_vines.orbits.responses import host_objectives, objectives_of
+from nlds_vines.model.system import System
+from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.design_space import (
     DRAWS,
@@ -264,19 +262,18 @@ class Tuning(Request):
         return self._objectives_in(self.system.scene)
 
     def _objectives_in(self, scene: Scene) -> Mapping[str, str]:
-        if isinstance(self.system, General) and self.history is None:
-            return host_objectives(self.system, self.search.objective)
         if self.history is None:
-            return objectives_of(scene)
-        if isinstance(self.system, General):
-            return {name: of_load(name).unit for name in names_of_numbers(self.history)}
+            return objectives_of(self.system, scene, self.search.objective)
         # contacts need walls, accelerations and contact forces a law under which impacts take time,
-        # and impulses one under which they do not
+        # impulses one under which they do not, and the drift an acceleration of the ground
         excluded = {entry.name for entry in stored_in("response") if not entry.has(scene)}
-        excluded |= {"damping_ratio", "balance"}
+        excluded |= {"damping_ratio", "balance", "drift_max"}
         if not scene.walls:
             excluded |= {"share_contact", "impact_count"}
-        return {entry.name: entry.unit for entry in OF_LOADS if entry.name not in excluded}
+        if self.history.load.shaken:
+            excluded -= {"drift_max"}
+        names = names_of_numbers(self.history)
+        return {name: of_load(name).unit for name in names if name not in excluded}
 
     @property
     def unit(self) -> str:
@@ -340,7 +337,7 @@ class Tuning(Request):
 
     @property
     def layouts(self) -> list[dict[str, Any]]:
-        """The combinations of the places of dampers, as `General.with_` takes them."""
+        """The combinations of the places of dampers, as `System.with_` takes them."""
         names = [f"{name}.{PLACE}" for name in self.places]
         chosen = product(*self.places.values())
         return [dict(zip(names, one, strict=True)) for one in chosen]
@@ -398,18 +395,15 @@ class Tuning(Request):
                 choice("parameter of the surface", name, names)
             if len(set(self.surface.parameters)) != 2:
                 raise RequestError("a surface takes two different parameters")
-        if history is not None and isinstance(self.system, General):
-            history.check_host(self.system, [n for n in (*over, *uncertain) if not is_of_load(n)])
-        elif history is not None:
-            refuse_without_effect(scene, history.load, [*over, *uncertain])
+        if history is not None:
+            of_system = [name for name in (*over, *uncertain) if not is_of_load(name)]
+            self.system.refuse_under(history.load, of_system)
         if search.draws and not (uncertain or (history is not None and history.load.noise)):
             raise RequestError(f"draws = {search.draws}: neither [uncertain] nor noise is given")
         if search.quantile is not None and not self.draws:
             raise RequestError(f"quantile = {search.quantile}: of no draws; see [uncertain]")
         uncertain = [name for name in uncertain if not self._of_load(name)]
-        for name in uncertain:
-            refuse_foreign(scene, [name] if name in PARAMETERS else [])
-            choice("uncertain parameter", name, (*self.system.parameters, *self.system.ratios))
+        _check_uncertain(self.system, uncertain, history)
         free = dict(zip(meant_by(scene, names), names, strict=True))
         for name, meant in zip(uncertain, meant_by(scene, uncertain), strict=True):
             if free.get(meant, name) != name:
@@ -426,9 +420,7 @@ class Tuning(Request):
         """Return the value [SI] of a parameter, or of a number of the load."""
         if self.history is not None and self._of_load(name):
             return self.history.load.number(name)
-        if name == self.system.stiffness:
-            return self.system.parameters.get(name, 1.0)
-        return {**self.system.ratios, **self.system.parameters}[name]
+        return self.system.numbers[name]
 
     def _check_corners(self) -> None:
         """Check system and load at the corners of all intervals: what holds there holds inside."""
@@ -439,13 +431,11 @@ class Tuning(Request):
             ends[one.name] = np.array([one.at(low, -one.reach), one.at(high, one.reach)])
         of_load = {name: ends.pop(name) for name in [*ends] if self._of_load(name)}
         corners = np.array(list(product(*ends.values()))).T
-        cells = self.system.cells(dict(zip(ends, corners, strict=True)))
+        grid = dict(zip(ends, corners, strict=True))
+        self.system.cells(grid)  # which refuses values out of range
         if self.history is None:
             return
-        with np.errstate(divide="ignore"):
-            period = self.system.natural_period
-            if not isinstance(self.system, General):
-                period = 2.0 * pi * float(np.sqrt(np.min(cells["m1"] / cells["k1"])))
+        period = self.system.shortest_natural_period(grid)
         load = self.history.load
         for axis in self.over:
             if axis.name in of_load:
@@ -603,7 +593,8 @@ def load_tuning(
         uncertain = tuple(Uncertain.of(*item) for item in request.table("uncertain").items())
     history, steady = _history(request, system)
     with at(request.place("uncertain")):
-        _check_uncertain(system, uncertain, history)
+        of_system = [one.name for one in uncertain if history is None or not is_of_load(one.name)]
+        _check_uncertain(system, of_system, history)
     axes = request.axes("over")
     if history is not None and not history.load.harmonic and len(history.load.tone) == 1:
         # an axis of the forcing frequency is that of the only tone
@@ -646,18 +637,24 @@ def load_tuning(
     )  # fmt: skip
 
 
-def _check_uncertain(
-    system: System, uncertain: Sequence[Uncertain], history: HistoryRequest | None
-) -> None:
-    """Refuse what a host does not have, and under a load the numbers of its own force."""
-    if not isinstance(system, General):
-        return
-    allowed = list(system.allowed)
+def _check_uncertain(system: System, names: Sequence[str], history: HistoryRequest | None) -> None:
+    """Refuse names of the system that have no value, and under a load those of its own force."""
+    allowed = list(system.numbers)
     if history is not None:
-        allowed = [name for name in allowed if not is_of_own_force(name)]
-    for one in uncertain:
-        if history is None or not (is_of_load(one.name) or is_of_own_force(one.name)):
-            choice("uncertain parameter", one.name, [*allowed, *(NUMBERS if history else ())])
+        system.refuse_under(history.load, names)
+        allowed = [name for name in allowed if _means_something(system, history, name)]
+        allowed += NUMBERS
+    for name in names:
+        refuse_foreign(system.scene, [name] if name in PARAMETERS else [])
+        choice("uncertain parameter", name, allowed)
+
+
+def _means_something(system: System, history: HistoryRequest, name: str) -> bool:
+    try:
+        system.refuse_under(history.load, [name])
+    except RequestError:
+        return False
+    return True
 
 
 def _free(request: Merged, scene: Scene) -> dict[str, Any]:

@@ -18,7 +18,6 @@ from nlds_vines.errors import RequestError
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
-from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
@@ -248,13 +247,12 @@ class Objective:
         self._noise[1:] += tuning.draws * fresh
         self._places = places_of(tuning.uncertain, draws, seed)
         self._batch: Batch | None = None
-        system, objective, size = tuning.system, tuning.search.objective, 4
-        if isinstance(system, General):
-            size = len(system.scene.components)
         if tuning.history is None:
-            self._batch = Batch(system, objective, float(tuning.tolerance), tell)
-        generator = np.random.default_rng(tuning.search.seed)
-        self._starts_drawn = generator.uniform(-1.0, 1.0, size=(STARTS, size))
+            objective = tuning.search.objective
+            self._batch = Batch(tuning.system, objective, float(tuning.tolerance), tell)
+            generator = np.random.default_rng(tuning.search.seed)
+            drawn = generator.uniform(-1.0, 1.0, size=(STARTS, self._batch.start_size))
+            self._starts_drawn = drawn
 
     def results(self, trials: np.ndarray) -> np.ndarray:
         """Return the results (n, columns) of trials (n, parameters + 4), as in `results_of`."""
@@ -354,7 +352,7 @@ def outcome_under(
     dataset, place = names_of_numbers(tuning.history)[tuning.search.objective]
     value = arrays[dataset] if place is None else arrays[dataset][:, place]
     E2max, impacts = arrays["E2max"], arrays.get("impact_count")
-    if isinstance(system, General):  # of all dampers
+    if E2max.ndim > 1:  # of all dampers
         with np.errstate(invalid="ignore"):
             E2max = np.fmax.reduce(E2max, axis=1, initial=0.0)
         impacts = np.add.reduce(np.nan_to_num(arrays["impact_count"]), axis=1)

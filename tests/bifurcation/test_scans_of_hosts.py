@@ -246,10 +246,10 @@ def test_energies_and_responses_are_those_of_simulate(tmp_path):
     path = archived(tmp_path / "x.h5", scan, arrays)
     with read(path) as view:
         drawn = quantities_in(view)
-        assert {"E1max", "E2max:a", "E2max:b", "x_max:roof-floor2", "a_max:a"} <= drawn.keys()
-        assert drawn["impulse_max:b"].label == "largest impulse, b [N s]"
-        assert drawn["E2max:b"].of(view)[1, 0] == orbit.E2max[1]
-        assert drawn["x_max:roof"].label == "largest displacement, roof [m]"
+        assert {"E1max", "a.E2max", "b.E2max", "roof-floor2.x_max", "a.a_max"} <= drawn.keys()
+        assert drawn["b.impulse_max"].label == "largest impulse, b [N s]"
+        assert drawn["b.E2max"].of(view)[1, 0] == orbit.E2max[1]
+        assert drawn["roof.x_max"].label == "largest displacement, roof [m]"
         assert drawn["E1max"].label.startswith("energy of the host ")
     usual = scan_of({"omega": [12.0]}, ("response",))
     assert usual.of == ("roof",)
@@ -314,7 +314,7 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         assert usual_places(view, drawn) == ["a", "roof"]
         assert group("velocity", drawn)[0] == "v_b"
         assert drawn["v_roof"].label == "velocity of roof [m/s]"
-        assert drawn["impacts_by_wall:a"].of(view).shape == (2, 1, 1, 2)
+        assert drawn["a.impacts_by_wall"].of(view).shape == (2, 1, 1, 2)
         labels = [panel.get_ylabel() for panel in nv.plot(path).axes]
         assert labels[:2] == ["displacement of a [m]", "displacement of roof [m]"]
         (legend,) = filter(None, (panel.get_legend() for panel in nv.plot(path).axes))

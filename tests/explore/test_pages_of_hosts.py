@@ -30,15 +30,15 @@ def archive(folder):
 def test_a_number_of_each_damper_and_displacement_is_shown():
     results = filled(HOST_MAP)
     names = [show.name for show in map_view.shows_of(results)]
-    assert {"x_max:x2", "x_max:x2-x1", "E2max:a", "E2max:b", "impacts_by_wall:b"} <= {*names}
+    assert {"x2.x_max", "x2-x1.x_max", "a.E2max", "b.E2max", "b.impacts_by_wall"} <= {*names}
     arrays, fill = results.arrays, results.scan.table.datasets["impacts_by_wall"].fill
     arrays["impacts_by_wall"][1, 0, 1] = fill
     counts = arrays["impacts_by_wall"][..., 1, :].sum(axis=-1).astype(np.float32)
     counts[1, 0, 1] = np.nan
-    shown = map_view.column(results, "impacts_by_wall:b")
+    shown = map_view.column(results, "b.impacts_by_wall")
     np.testing.assert_array_equal(shown, counts.reshape(-1, 2))
     np.testing.assert_array_equal(
-        map_view.column(results, "x_max:x2-x1").ravel(), arrays["x_max"][..., 1].ravel().astype("f")
+        map_view.column(results, "x2-x1.x_max").ravel(), arrays["x_max"][..., 1].ravel().astype("f")
     )
     # a report has the phase planes of displacements and of r of each damper
     names = [curve.names[0] for curve in results.planes]

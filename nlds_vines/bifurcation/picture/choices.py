@@ -88,7 +88,7 @@ def quantities(
             (dim,), is_single = dims, entry.tail == (*dims,)
             for i, part in enumerate(parts[PARTS.index(dim)]):
                 about = entry.units, entry.long_name, float(entry.fill), is_single
-                name = f"{entry.name}:{part}"
+                name = f"{part}.{entry.name}"
                 by_name[name] = Quantity(name, entry.name, *about, index={dim: i})
         elif entry.dtype != "str" and "start" in entry.dims:
             is_code = entry.flags is not None

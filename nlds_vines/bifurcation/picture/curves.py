@@ -137,7 +137,7 @@ def panels_of(request: CurveRequest) -> dict[str, str]:
 
 
 def _title(shown: str, body: str) -> str:
-    name, _, part = shown.partition(":")
+    part, _, name = shown.rpartition(".")
     return ", ".join(filter(None, (BY_NAME[name].title(body), part)))
 
 
@@ -182,9 +182,9 @@ def _fill_panel(frame: Axes, results: ResponseCurves, name: str) -> None:
             _draw_curve(frame, curve, numbers[shown], look | {"linewidth": width}, start)
         has_damper = with_damper and curve.case.scan.system.scene.damper
         for name in numbers if has_damper else ():
-            if name.partition(":")[0] == "E2max":  # of each damper
+            if name.rpartition(".")[2] == "E2max":  # of each damper
                 _draw_curve(frame, curve, numbers[name], look | {"linestyle": _DOTTED})
-    quantity = BY_NAME[shown.partition(":")[0]]
+    quantity = BY_NAME[shown.rpartition(".")[2]]
     up = quantity_label(shown, quantity.unit, quantity.words, request.body)
     if with_damper:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"

@@ -229,6 +229,17 @@ QUANTITIES = (
             ("a_max", "m/s^2", "largest absolute acceleration"),
         ))
     ),
+    *(
+        Quantity(
+            name, "m", f"{words}, that of the ground included", ("response",), words,
+            has=lambda scene: not _of_kind(scene) and bool(scene.shaken), dims=("displacement",),
+            buffer="response", column=column, drawn=(MAPS, CURVES) * (name != "x_abs_rms"),
+        )
+        for column, name, words in (
+            (3, "x_abs_max", "largest absolute displacement"),
+            (4, "x_abs_rms", "rms absolute displacement"),
+        )
+    ),
     *_motion(
         "x1", 0, "m", "displacement {x} of the {body}{frame}", "displacement",
         reduced=True, drawn=(MAPS, CURVES),

@@ -30,7 +30,7 @@ from nlds_vines.orbits.host_orbits import (
     rows_of,
 )
 from nlds_vines.orbits.records import JUDGED
-from nlds_vines.orbits.responses import OF_ROWS
+from nlds_vines.orbits.responses import of_rows
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Tell
 
@@ -54,7 +54,8 @@ class HostKernels:
         shape, others = (len(sweeps), sweeps.shape[1]), {*self._wanted.want} - {"response"}
         outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, periods)
         if "response" in self._wanted.want:
-            response = np.full((*shape, len(self._of), len(OF_ROWS)), np.nan)
+            count = len(of_rows(self._system))
+            response = np.full((*shape, len(self._of), count), np.nan)
             buffers = outputs.buffers._replace(response=response)
             impulses = np.full((*shape, len(self._system.dampers)), np.nan)
             outputs = replace(outputs, buffers=buffers, impulses=impulses)

@@ -26,7 +26,7 @@ from nlds_vines.orbits.host_orbits import (
 )
 from nlds_vines.orbits.host_section_map import HostSectionMap
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
-from nlds_vines.orbits.responses import OF_ROWS
+from nlds_vines.orbits.responses import of_rows
 from nlds_vines.orbits.section_map import SectionMap, Variations
 from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import (
@@ -202,7 +202,7 @@ class HostBeginning(NamedTuple):
             results["response"] = {
                 f"{row}.{quantity}": value
                 for row, values in zip(rows, table, strict=True)
-                for quantity, value in zip(OF_ROWS, values, strict=True)
+                for quantity, value in zip(of_rows(system), values, strict=True)
             }
             impulses = largest_impulses(orbits, impacts).tolist()
             results["response"] |= {

@@ -76,7 +76,7 @@ def follow_load(
     rows = rows_of_load(in_cells)
     jumps = np.zeros(len(edges)) if cells.jumps is None else cells.jumps
     load = HostLoad(edges, rows.ravel(), jumps, np.zeros(0))
-    records: Any = orbits.records(True, names)
+    records: Any = orbits.records(True, names, is_ground_known=False)
     code, section, impacts = _run_under(orbits, load, state, records)
     accelerations = np.hstack([section[:, 2 * size :]] * 2)
     return LoadedOrbit(

@@ -119,16 +119,25 @@ class HostOrbits:
         n = len(self.modes)
         return np.hstack([_times(rows[:, :n], self.modes), rows[:, n:]])
 
-    def records(self, energy: bool, names: Sequence[str]) -> HostRecords | None:
+    def records(
+        self, energy: bool, names: Sequence[str], is_ground_known: bool = True
+    ) -> HostRecords | None:
         """Return empty records of energies and of the response of rows, None if neither is wanted.
 
-        names: as of `General.displacement`.
+        names: as of `General.displacement`.  Where the displacement of moving ground is known,
+        rows of the absolute displacements follow.
         """
         n, system = len(self.modes), self.system
         if not names and not energy:
             return None
         pairs = [system.displacement(name) for name in names]
         rows = np.array([row for row, _ in pairs]).reshape(len(names), -1 if names else self.size)
+        moved = np.array([moved for _, moved in pairs])
+        displacements = np.zeros(len(names))
+        if is_ground_known and not system.force:
+            amplitude = -system.acceleration / (system.omega * system.omega)
+            displacements = np.append(displacements, amplitude * moved)
+            rows = np.vstack([rows, rows])
         count = 1 + len(system.masses) if energy else 0
         m = np.concatenate([np.ones(n), [damper.m for damper in system.masses]])
         k = np.concatenate([self.body.squares, [damper.k for damper in system.masses]])
@@ -136,9 +145,9 @@ class HostOrbits:
             masses=m if count else np.zeros(0),
             springs=k if count else np.zeros(0),
             rows=self.by_mode(rows).ravel(),
-            grounds=np.array([system.acceleration * moved for _, moved in pairs]),
-            peaks=np.zeros(count + 2 * len(names)),
-            squares=np.zeros(len(names)),
+            grounds=np.append(displacements, system.acceleration * moved),
+            peaks=np.zeros(count + len(displacements) + len(names)),
+            squares=np.zeros(len(displacements)),
         )
 
     def contacts(self) -> Contacts:
@@ -203,7 +212,8 @@ class HostOrbits:
         is 0 within round-off, where masses are those of degrees of freedom.
         """
         struck = np.flatnonzero(impacts.hardest > 0.0)
-        rows = records.rows.reshape(len(records.grounds), self.size)
+        count = len(records.grounds) - len(records.squares)
+        rows = records.rows.reshape(-1, self.size)[:count]
         answers = self.body.answers.reshape(-1, self.size)[self.walls.links[struck]]
         jumps = np.abs(_times(rows, answers.T))
         inverse_masses = _times(rows * rows, self.inverse[:, np.newaxis])  # w M^-1 w
@@ -359,12 +369,16 @@ def energies_of(records: HostRecords, system: General) -> tuple[float, np.ndarra
 def response_of(
     orbits: HostOrbits, records: HostRecords, impacts: Impacts, duration: float
 ) -> np.ndarray:
-    """Return the quantities `OF_ROWS` of each row, (rows, 3); duration: of the records [s]."""
-    rows = len(records.grounds)
-    x, a = records.peaks[len(records.peaks) - 2 * rows :].reshape(2, rows)
+    """Return the quantities `of_rows` of each displacement, duration: of the records [s]."""
+    rows = len(records.squares)
+    count = len(records.grounds) - rows
+    largest = records.peaks[len(records.peaks) - len(records.grounds) :]
     rms = np.sqrt(records.squares / duration) if duration > 0 else np.full(rows, np.nan)
-    a = np.where(orbits.is_struck(records, impacts), np.inf, a)
-    return np.stack([x, rms, a], axis=-1)
+    a = np.where(orbits.is_struck(records, impacts), np.inf, largest[rows:])
+    columns = [largest[:count], rms[:count], a]
+    if rows > count:
+        columns += [largest[count:rows], rms[count:]]
+    return np.stack(columns, axis=-1)
 
 
 def largest_impulses(orbits: HostOrbits, impacts: Impacts) -> np.ndarray:

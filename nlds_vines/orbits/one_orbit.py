@@ -68,7 +68,8 @@ class Orbit(Outlined):
         Largest and rms displacements, velocities, accelerations, forces and powers by name
         (`responses.quantities_of`), without the transient.  Of a host, for each displacement of
         `of`, `roof.x_max` and `roof.x_rms`, the largest and the rms one [m], and `roof.a_max`, the
-        largest absolute acceleration [m/s^2], infinite where the impulse of a rigid wall acts; for
+        largest absolute acceleration [m/s^2], infinite where the impulse of a rigid wall acts, and
+        on moving ground `roof.x_abs_max` and `roof.x_abs_rms` of the absolute displacement [m]; for
         each damper with rigid walls `ball.impulse_max`, their largest impulse [N s].  Largest
         values are exact in time.
     clearance : float

@@ -41,6 +41,12 @@ OF_ROWS: Mapping[str, str] = {"x_max": "m", "x_rms": "m", "a_max": "m/s^2"}
 largest absolute acceleration."""
 
 
+def of_rows(system: General) -> dict[str, str]:
+    """Return the quantities of a displacement; on moving ground also those of the absolute one."""
+    absolute = {"x_abs_max": "m", "x_abs_rms": "m"} if system.scene.shaken else {}
+    return {**OF_ROWS, **absolute}
+
+
 IMPULSE = "impulse_max"  # of each damper of a host with rigid walls
 
 INFINITE = ("a_max", "force_max")
@@ -54,7 +60,8 @@ def _objectives_of_host(system: General, name: str) -> dict[str, str]:
     rows = (row,) if row and name not in impulses else system.host.dofs
     for one in rows:
         system.displacement(one)
-    quantities = {f"{one}.{quantity}": unit for one in rows for quantity, unit in OF_ROWS.items()}
+    units = of_rows(system)
+    quantities = {f"{one}.{quantity}": unit for one in rows for quantity, unit in units.items()}
     return {**dict.fromkeys(ENERGIES, "J"), **quantities, **impulses}
 
 

@@ -34,9 +34,11 @@ def test_derivatives_stay_within_their_bounds_in_a_coarse_cell(force):
     coarse, y, drive = grid.h * 2**grid.levels, orbits.start(START), np.array([0.8, -0.6])
     bound_rates(body, grid, watch, y, drive)
     bounds = watch.bounds.reshape(DERIVATIVES, -1)
-    fourth = [fourth_of(body, watch, q, y, coarse) for q in range(2 + 2 * len(names))]
+    fourth = [fourth_of(body, watch, q, y, coarse) for q in range(2 + len(records.grounds))]
     largest, largest_fourth = np.zeros((DERIVATIVES, size)), np.zeros(len(fourth))
-    rows = records.rows.reshape(-1, size)
+    rows, count = records.rows.reshape(-1, size), len(records.squares)
+    assert count == len(names) * (1 if "force" in force else 2)  # and absolute displacements
+    of_x, of_a = records.grounds[:count], records.grounds[count:]
     for share in np.linspace(0, 1, 31):
         jet = [scipy.linalg.expm(A * (share * coarse)) @ np.concatenate([y, drive])]
         for _ in range(DERIVATIVES):
@@ -48,7 +50,8 @@ def test_derivatives_stay_within_their_bounds_in_a_coarse_cell(force):
                    X[0] * X[4] + 4 * X[1] * X[3] + 3 * X[2] ** 2]  # fmt: skip
         by_coordinate = records.masses * squares[0] + records.springs * squares[1]
         values = [by_coordinate[: body.modes].sum(), by_coordinate[body.modes :].sum()]
-        values += [*(rows @ X[4]), *(rows @ V[5] + records.grounds * f[4, 0])]
+        values += [*(rows @ X[4] + of_x * f[4, 0])]
+        values += [*(rows[: len(names)] @ V[5] + of_a * f[4, 0])]
         largest_fourth = np.maximum(largest_fourth, np.abs(values))
     assert np.all(largest <= bounds[:, :size] * (1 + 1e-12))
     assert np.all(largest_fourth <= np.array(fourth) * (1 + 1e-12))

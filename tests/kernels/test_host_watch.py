@@ -55,6 +55,13 @@ def test_a_linear_host_responds_as_its_frequency_response(base):
         assert values[f"{name}.x_max"] == pytest.approx(abs(x), rel=1e-10)
         assert values[f"{name}.x_rms"] == pytest.approx(abs(x) / math.sqrt(2), rel=1e-10)
         assert values[f"{name}.a_max"] == pytest.approx(abs(a), rel=1e-10)
+        if base:
+            above = x - (0.0 if other else ground / omega**2)
+            assert values[f"{name}.x_abs_max"] == pytest.approx(abs(above), rel=1e-10)
+            assert values[f"{name}.x_abs_rms"] == pytest.approx(
+                abs(above) / math.sqrt(2), rel=1e-10
+            )
+        assert (f"{name}.x_abs_max" in values) == base
 
     def largest(mass, stiffness, part):
         """Return the largest energy of an amplitude: a constant and a part of twice omega."""

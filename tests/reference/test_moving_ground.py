@@ -131,7 +131,7 @@ def test_a_kind_moves_as_the_same_system_written_as_a_host(drive):
     np.testing.assert_allclose(section, other.section, rtol=0, atol=1e-9 * np.abs(section).max())
     assert mine.E1max == pytest.approx(other.E1max, rel=1e-9)
     assert mine.E2max == pytest.approx(other.E2max[0], rel=1e-9)
-    for name in ("x1_max", "x1_rms", "a1_max"):
+    for name in ("x1_max", "x1_rms", "a1_max", "x1_abs_max", "x1_abs_rms"):
         assert mine.response[name] == pytest.approx(
             other.response[f"x.{name.replace('1', '')}"], rel=1e-8
         ), name

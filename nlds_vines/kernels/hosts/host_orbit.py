@@ -340,7 +340,7 @@ def note_flight(host, watch, begun, ended):
         return
     body, grid, walls, contacts, _, scratch, _ = host
     (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
-    size, behind, coarse = body.size, 2 * (watch.energies + 2 * watch.rows), 1 << grid.levels
+    size, behind, coarse = body.size, 2 * watch.quantities, 1 << grid.levels
     is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there
     usual = 0  # the level of the last quiet cell
     while j < last or x < rest:

@@ -1,10 +1,11 @@
 """Largest energies of a host and of its dampers' masses, and the response of rows.
 
 The energy of the host is E1 = (V V + squares X X) / 2 over its modes, that of a mass with its
-displacement u is E2 = (m u'^2 + k u^2) / 2, as in eq. (6). A row w is a displacement x = w X with
-the absolute acceleration a = w X'' + ground f under a force f. Recorded are the largest energies,
-|x| and |a|, at any instant and not at samples, and the integral of x^2. They leave the orbit as it
-is.
+displacement u is E2 = (m u'^2 + k u^2) / 2, as in eq. (6). A row w is a displacement w X + g f with
+the acceleration w X'' + h f under a force f: g is 0 where it counts from moving ground, of an
+absolute displacement that of the ground; the accelerations are absolute. Recorded are the largest
+energies and the largest moduli of displacements and accelerations, at any instant and not at
+samples, and the integrals of the squares of displacements. They leave the orbit as it is.
 
 A flight is noted after it was flown. The values and rates of a quantity at the two ends of a cell
 and a bound of its fourth derivative prove by cubics (`roots`) that it breaks no record inside; if
@@ -43,9 +44,11 @@ class HostRecords(NamedTuple):
     masses: Any  # (size,) in the energies of coordinates [kg]; no numbers: without energies
     springs: Any  # (size,) [N/m]
     rows: Any  # rows * size: w
-    grounds: Any  # (rows,) acceleration of the ground where f = 1 [m/s^2]
-    peaks: Any  # the largest E1 and E2 of masses [J], then |x| and |a| of each row
-    squares: Any  # (rows,) integrals of x^2 [m^2 s]
+    # what the ground adds where f = 1 to the displacements of all rows [m], then to those
+    # accelerations of the first rows that are recorded [m/s^2]
+    grounds: Any
+    peaks: Any  # the largest E1 and E2 of masses [J], then of the quantities of `grounds`
+    squares: Any  # (rows,) integrals of squares of displacements [m^2 s]
 
 
 class HostWatch(NamedTuple):
@@ -54,12 +57,13 @@ class HostWatch(NamedTuple):
     records: HostRecords
     energies: int
     rows: int
+    quantities: int  # energies, displacements and accelerations
     growth: Any  # pairs * pairs: exp(G h) of a coarse cell; the numbers of the force are pairs, too
-    grams: Any  # (levels + 1) * rows * (N + D)^2: of the integral of x^2 over a cell, lower halves
+    grams: Any  # (levels + 1) * rows * (N + D)^2: of integrals of squares over a cell, lower halves
     is_on: Any  # (1,) 1 while records are kept
     jet: Any  # (DERIVATIVES + 1) * size: X and its derivatives at an instant
     force: Any  # (drives,) a derivative of the force there
-    values: Any  # 4 (energies + 2 rows): quantities and rates at the beginning and end of a cell
+    values: Any  # 4 count: quantities and rates at the beginning and end of a cell
     norms: Any  # (pairs,) of the pairs of a derivative
     bounds: Any  # DERIVATIVES * pairs: of the derivatives of V, and of the force, in a coarse cell
     table: Any  # (DEGREE + HIGHEST + 2,) two polynomials
@@ -70,18 +74,23 @@ def host_watch(body, grid, records):
     """Return the `HostWatch` of records, or None if there are none."""
     if records is None:
         return None
-    size, rows, a = body.size, len(records.grounds), matrix_of(body)
+    size, rows, a = body.size, len(records.squares), matrix_of(body)
     energies = 1 + size - body.modes if len(records.masses) > 0 else 0
     _, paired, _ = pairs_of(body, a)
     growth = exponential(growth_of(paired, size) * (grid.h * (1 << grid.levels)))
     pairs, total, D = len(growth), len(a), body.drives
     grams = np.zeros((grid.levels + 1) * rows * total * total)
+    count = energies + len(records.grounds)
+    row = np.zeros(total)  # of the state and the force
     for which in range(rows):
+        for i in range(size):
+            row[i] = records.rows[which * size + i]
+        row[2 * size] = records.grounds[which]
         # over a smallest cell by the series of dW/dt = A^T W + W A, then over two cells each time
         term = np.zeros((total, total))
-        for i in range(size):
-            for j in range(size):
-                w = records.rows[which * size + i] * records.rows[which * size + j]
+        for i in range(total):
+            for j in range(total):
+                w = row[i] * row[j]
                 term[i, j] = grid.h * w
         gram, step = term.copy(), exponential(a * grid.h)
         for k in range(2, GRAM_TERMS):
@@ -96,8 +105,8 @@ def host_watch(body, grid, records):
             gram += times(times(np.ascontiguousarray(step.T), gram), step)
             step = times(step, step)
     return HostWatch(
-        records, energies, rows, growth.ravel(), grams, np.zeros(1),
-        np.zeros((DERIVATIVES + 1) * size), np.zeros(D), np.zeros(4 * (energies + 2 * rows)),
+        records, energies, rows, count, growth.ravel(), grams, np.zeros(1),
+        np.zeros((DERIVATIVES + 1) * size), np.zeros(D), np.zeros(4 * count),
         np.zeros(pairs), np.zeros(DERIVATIVES * pairs), np.zeros(DEGREE + HIGHEST + 2),
     )  # fmt: skip
 
@@ -116,7 +125,7 @@ def coordinates_of(body, energy):
 def note_instant(body, watch, y, drive, at):
     """Write all quantities to values[at:], and behind them their rates; raise the records."""
     size, jet, values, records = body.size, watch.jet, watch.values, watch.records
-    count, rate = watch.energies + 2 * watch.rows, body.paces[0] * drive[1]
+    count, rate = watch.quantities, body.paces[0] * drive[1]
     for i in range(2 * size):
         jet[i] = y[i]
     accelerate(body, jet, 0, drive[0], jet, 2 * size)
@@ -131,9 +140,9 @@ def note_instant(body, watch, y, drive, at):
                 g += v * (m * jet[2 * size + i] + k * x)
         else:
             which, order = q - watch.energies, 0
+            f, g = records.grounds[which] * drive[0], records.grounds[which] * rate
             if which >= watch.rows:
                 which, order = which - watch.rows, 2 * size
-                f, g = records.grounds[which] * drive[0], records.grounds[which] * rate
             for i in range(size):
                 f += records.rows[which * size + i] * jet[order + i]
                 g += records.rows[which * size + i] * jet[order + size + i]
@@ -187,9 +196,9 @@ def fourth_of(body, watch, q, y, coarse):
             total += records.springs[i] * (x * v3 + 4.0 * v0 * v2 + 3.0 * v1 * v1)
         return total
     which, at = q - watch.energies, 3 * pairs
+    total = abs(records.grounds[which]) * d[4 * pairs + size]
     if which >= watch.rows:
         which, at = which - watch.rows, 5 * pairs
-        total = abs(records.grounds[which]) * d[4 * pairs + size]
     for i in range(size):
         total += abs(records.rows[which * size + i]) * d[at + i]
     return total
@@ -204,7 +213,7 @@ def may_exceed(record, f0, f1, g0, g1, fourth):
 @jit
 def is_quiet(body, watch, h, coarse, y):
     """Return True if no quantity exceeds its record in a cell of h [s]."""
-    count, w = watch.energies + 2 * watch.rows, watch.values
+    count, w = watch.quantities, watch.values
     for q in range(count):
         fourth = fourth_of(body, watch, q, y, coarse) * ((h * h) * (h * h))
         f1, g0, g1 = w[2 * count + q], h * w[count + q], h * w[3 * count + q]
@@ -215,7 +224,7 @@ def is_quiet(body, watch, h, coarse, y):
 
 @jit
 def add_squares(body, watch, level, y, drive):
-    """Add the integrals of x^2 over a cell of some level from y and the force on."""
+    """Add the integrals of squares over a cell of some level from y and the force on."""
     N, D = 2 * body.size, body.drives
     at = level * watch.rows * (N + D) * (N + D)
     for which in range(watch.rows):
@@ -295,11 +304,10 @@ def note_series(body, watch, S, layout, x):
                     for m in range(k + 1, HIGHEST + 1):
                         c[k + m] += term * line[m]
         peaks[e] = largest_in(c, int(DEGREE), peaks[e])
-    for q in range(2 * watch.rows):
-        which, at, ground = (q, 0, 0.0)
+    for q in range(watch.quantities - watch.energies):
+        which, at, ground = q, 0, records.grounds[q]
         if q >= watch.rows:
             which, at = q - watch.rows, 2 * size
-            ground = records.grounds[which]
         read_line(S, width, of_force, x, line)
         for k in range(HIGHEST + 1):
             c[k] = ground * line[k]

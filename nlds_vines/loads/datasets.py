@@ -38,7 +38,7 @@ IMPACT_COLUMNS = {
     "speed": ("m/s", "approach speed"),
     "force": ("N", "largest contact force, infinite at rigid walls"),
     "depth": ("m", "largest depth"),
-    "impulse": ("N s", "largest impulse of a rigid wall, NaN of other walls"),
+    "impulse": ("N s", "largest impulse of a rigid wall, 0 of other walls"),
     "damper": ("1", "number of the damper, from 0"),
     "wall": ("1", "side of its wall, 1 or -1"),
 }

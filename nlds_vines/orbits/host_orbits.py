@@ -320,8 +320,6 @@ class HostOrbits:
             row["damper"], row["wall"] = self.names[int(values[0])]
         for column, name in enumerate((HOST_IMPACT.names or ())[2:], 1):
             table[name] = rows[:, column]
-        is_rigid = self.walls.law == LAWS_IN_KERNELS.index("restitution")
-        table["impulse"][~is_rigid[rows[:, 0].astype(int)]] = np.nan
         return table
 
 

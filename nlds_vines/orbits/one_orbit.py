@@ -57,7 +57,7 @@ class Orbit(Outlined):
         [m/s], peak `force` [N], `depth` [m], changes `gain1`, `gain2` of E1 and E2 [J], but of
         hosts.  If an impact lasts beyond the end, `release` is NaN, and force and depth are the
         largest up to the end.  Of a host's rigid wall the force is infinite, and `impulse` [N s]
-        is the largest one while the body stays there; it is NaN of other walls.
+        is the largest one while the body stays there; it is 0 of other walls.
     E1max, E2max : float
         Largest energies [J], equation (6), exact in time, without the transient.  Of a host E1max
         is kinetic and of its stiffness K, and E2max (dampers,) that of each damper's mass, with its

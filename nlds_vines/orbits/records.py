@@ -103,7 +103,7 @@ HOST_IMPACT = np.dtype(
     ]
 )
 """A row of the impacts of a host: damper; side of its wall; times of touch and release [s];
-approach speed [m/s]; largest force [N]; depth [m]; largest impulse of a rigid wall [N s], NaN of
+approach speed [m/s]; largest force [N]; depth [m]; largest impulse of a rigid wall [N s], 0 of
 other walls."""
 
 

@@ -259,7 +259,7 @@ _IMPACTS = (
     ("speed", "speed", "m/s", "approach speed"),
     ("force", "force_max", "N", "largest contact force of the impact"),
     ("depth", "depth", "m", "largest depth of the impact"),
-    ("impulse", "impulse", "N s", "largest impulse of a rigid wall, NaN of other walls"),
+    ("impulse", "impulse", "N s", "largest impulse of a rigid wall, 0 of other walls"),
     ("gain1", "gain1", "J", "what E1 gains from touch to release"),
     ("gain2", "gain2", "J", "what E2 gains from touch to release"),
 )

@@ -243,7 +243,7 @@ def test_a_rigid_wall_makes_accelerations_infinite_where_its_impulse_acts():
     returned = np.where(rigid["release"] == rigid["touch"], e, 0.0)  # of others the ball stays
     impulses = (1.0 + returned) * rigid["speed"] / (1.0 / 60.0 + 1.0 / 900.0)
     np.testing.assert_allclose(rigid["impulse"], impulses, rtol=1e-10)
-    assert np.isnan(orbit.impacts["impulse"][~is_rigid]).all()
+    assert (orbit.impacts["impulse"][~is_rigid] == 0.0).all()
     assert 0 < np.count_nonzero(is_rigid) < len(is_rigid)
 
     load = {"impulse": 500.0, "on": "roof"}
@@ -255,7 +255,7 @@ def test_a_rigid_wall_makes_accelerations_infinite_where_its_impulse_acts():
     fastest = touches["speed"][touches["damper"] == "ball"].max()
     impulse = (1.0 + e) * fastest / (1.0 / 60.0 + 1.0 / 900.0)
     assert numbers["ball.impulse_max"] == pytest.approx(impulse, rel=1e-12)
-    assert np.nanmax(touches["impulse"]) == numbers["ball.impulse_max"]
+    assert touches["impulse"].max() == numbers["ball.impulse_max"]
     assert math.isnan(numbers["soft.impulse_max"])
 
 

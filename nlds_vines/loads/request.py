@@ -160,12 +160,12 @@ class HistoryRequest(Request):
         for name in parameters:
             if not any(system.takes(name) for system in self.systems):
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
-        for name in self.of:
-            self.systems[-1].displacement(name)
         for system in self.systems:
             system.refuse_under(self.load, parameters, of=self.of, settle=self.settle)
             if self.sampled is not None:
                 system.cells({k: v for k, v in columns.items() if system.takes(k)})
+        for name in self.of:
+            self.systems[-1].displacement(name)
         for name, values in columns.items():
             if is_of_load(name):
                 self.load.check_values(name, values)

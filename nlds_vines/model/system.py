@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
+from inspect import Signature, signature
 from math import inf, pi, sqrt
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -1741,6 +1742,16 @@ class General(System):
         for dof in factors:
             choice("degree of freedom in on", dof, dofs)
         return replace(self, force=MappingProxyType(factors), acceleration=0.0)
+
+
+def _signature_of(form: type[System]) -> Signature:
+    _, *parameters = signature(form.__init__).parameters.values()
+    return Signature(parameters)
+
+
+# inspect would show that of `System.__new__`, (*args, **kwargs)
+for _class, _form in ((System, Preset), (Preset, Preset), (General, General)):
+    setattr(_class, "__signature__", _signature_of(_form))  # noqa: B010  # no attribute by type
 
 
 def system_from_host(

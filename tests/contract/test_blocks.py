@@ -16,7 +16,7 @@ from made_up import content, cut, make_scan, results, write
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.run import writer_of
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.model.system import System
+from nlds_vines.model.system import Preset
 from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
@@ -167,8 +167,8 @@ def test_what_differs_in_the_request_of_an_archive_is_said(path, capsys, error_o
 
 def test_a_key_of_a_system_that_the_hash_does_not_know_is_refused(monkeypatch, error_of):
     scan = make_scan()
-    table = System.to_table
-    monkeypatch.setattr(System, "to_table", lambda system: {**table(system), "foot": "moves"})
+    table = Preset.to_table
+    monkeypatch.setattr(Preset, "to_table", lambda system: {**table(system), "foot": "moves"})
     assert "unknown key 'foot'" in error_of(lambda: scan.hash)
 
 

@@ -91,7 +91,9 @@ CHECKED = {
         *no_list, (np.array(["x1", "x2"]), "must be a list of words"),
         ([1], "unknown signal 1; allowed: x"),
     ],
-    "signal": [(3, "signal = 3 must be a list"), ([1], "signal = 1 must be a string")],
+    "signal": [
+        (3, "signal = 3 must be a list"), ([1.5], "signal: 1.5 must be a text or a whole number"),
+    ],
     "windows": [
         (3, "windows = 3 must be a list of pairs [begin, end]"),
         (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),
@@ -111,8 +113,11 @@ CHECKED = {
     "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
     "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],
     "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
-    "of": [*no_list, ([1], "of = 1 must be a string")],
-    "on": [(3, "on = 3 must be a string"), ({"a": "b"}, "on.a = 'b' must be a number")],
+    "of": [*no_list, ([1.5], "of: 1.5 must be a text or a whole number")],
+    "on": [
+        (3.5, "on: 3.5 must be a text or a whole number"),
+        ({"a": "b"}, "on.a = 'b' must be a number"),
+    ],
     "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
     **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
 }  # fmt: skip

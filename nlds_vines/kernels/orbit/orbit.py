@@ -79,7 +79,8 @@ def set_mode(near, far, damper, state):
         state[4], r = into(far, -state[2])
         state[2] = -r
         state[5] = TOUCH_FAR if pushes(far, state[4], -state[3]) else LEAVING_FAR
-    state[0], state[1] = structure_at(damper, state[0], state[1], state[2], state[3])
+    if is_a(damper, Ground):
+        state[0], state[1] = state[2], state[3]
 
 
 @jit

@@ -1072,9 +1072,12 @@ def table_of(host: Host) -> dict[str, Any]:
         assert host._unscaled is not None
         return {**table_of(host._unscaled), "factors": dict(host.factors)}
     if host.source is not None:
-        return host.source.to_table()
+        values = host.source.to_table()
+        if "C" in values and not host.condensed:
+            values["C"] = _listed(np.asarray(host.C))
+        return values
     is_modal = host.coordinates != host.places
-    values: dict[str, Any] = {} if is_modal else {"M": _listed(host.M)}
+    values = {} if is_modal else {"M": _listed(host.M)}
     values["K"], C = _listed(host.K), np.asarray(host.C)
     if host.ratio is not None:
         values["ratio"] = host.ratio.tolist()
@@ -1091,6 +1094,8 @@ def table_of(host: Host) -> dict[str, Any]:
 
 def with_influence(host: Host, influence: Mapping[str, float]) -> Host:
     """Return a host whose degrees of freedom move by `influence` when the ground moves by 1."""
+    if host._unscaled is not None:
+        return with_influence(host._unscaled, influence)._scaled(host.factors)
     table("influence", influence, host.dofs)
     if host.coordinates != host.places:
         raise RequestError(

@@ -76,6 +76,19 @@ def test_files_and_pickles_keep_what_a_host_is_made_of():
     assert_same(changed.host, frame())
 
 
+def test_tables_keep_an_influence_beside_factors_and_a_damping_matrix():
+    scaled = frame().with_numbers({"host.M": 2.0})
+    base = {"acceleration": 1.0, "influence": {"roof": 0.5}}
+    system = nv.System.from_host(scaled, [], base=base, omega=2.0)
+    np.testing.assert_array_equal(system.host.influence, [0.0, 0.0, 0.5])
+    assert_same(pickle.loads(pickle.dumps(system)).host, system.host)
+    pandas = pytest.importorskip("pandas")
+    C = pandas.DataFrame(np.diag([1.0, 2.0, 3.0]))
+    damped = of(nv.shear_frame(MASSES, SPRINGS, C=C))
+    assert damped.to_table()["host"]["C"] == [1.0, 2.0, 3.0]
+    assert_same(any_system_from(damped.to_table()).host, damped.host)
+
+
 def test_names_and_ranges_are_checked(error_of):
     system = of(frame())
     assert "did you mean 'floor2.k'" in error_of(system.with_, **{"floor9.k": 1.0})

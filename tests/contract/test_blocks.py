@@ -172,53 +172,63 @@ def test_a_key_of_a_system_that_the_hash_does_not_know_is_refused(monkeypatch, e
     assert "unknown key 'foot'" in error_of(lambda: scan.hash)
 
 
-def wrong_blocks(scan):
-    """Yield what may stand in place of block 1: functions of its arrays and the file of block 0."""
-    names = [*scan.table.datasets]
-    numeric = [name for name in names if scan.table.datasets[name].dtype == "float64"]
+def wrong_arrays():
+    """Return what may stand in place of a block's arrays: functions of them, by what they do."""
+    names = [*make_scan().table.datasets]
+    numeric = [name for name in names if make_scan().table.datasets[name].dtype == "float64"]
+    wrong = {}
     for name in names[:4]:
-        yield lambda arrays, name=name: arrays | {name: arrays[name][:-1]}
-        yield lambda arrays, name=name: {k: v for k, v in arrays.items() if k != name}
-        yield lambda arrays, name=name: arrays | {name: arrays[name][..., np.newaxis]}
+        wrong[f"{name} is short"] = lambda arrays, name=name: arrays | {name: arrays[name][:-1]}
+        wrong[f"{name} is missing"] = lambda arrays, name=name: without(arrays, name)
+        wrong[f"{name} has another axis"] = lambda arrays, name=name: (
+            arrays | {name: arrays[name][..., np.newaxis]}
+        )
     for name in numeric[:4]:
-        yield lambda arrays, name=name: arrays | {name: arrays[name].astype(np.float32)}
-        yield lambda arrays, name=name: arrays | {name: arrays[name].astype(str)}
-    yield lambda arrays: arrays | {"more": np.zeros(3)}
-    yield lambda arrays: {k: v for k, v in arrays.items() if k != "about"}
-    yield lambda arrays: {}
+        wrong[f"{name} is float32"] = lambda arrays, name=name: (
+            arrays | {name: arrays[name].astype(np.float32)}
+        )
+        wrong[f"{name} is text"] = lambda arrays, name=name: (
+            arrays | {name: arrays[name].astype(str)}
+        )
+    wrong["there is one more"] = lambda arrays: arrays | {"more": np.zeros(3)}
+    wrong["it does not say whose it is"] = lambda arrays: without(arrays, "about")
+    wrong["it is empty"] = lambda arrays: {}
+    return wrong
 
 
-def test_wrong_blocks_are_computed_again(path, whole, capsys):
-    """Valid files with other arrays, and those of other blocks and runs."""
-    scan, count = make_scan(), 0
-    for spoil in wrong_blocks(scan):
-        begin(path, scan)
-        file = Blocks(path, scan).file(1)
-        with np.load(file) as saved:
-            arrays = dict(saved)
-        np.savez(file, **spoil(arrays))
-        assert run(path, scan, resume=True) == [1, 2]
-        (line,) = capsys.readouterr().err.splitlines()
-        assert line.startswith(f"{file} is computed again: ")
-        assert content(path) == whole
-        path.unlink()
-        count += 1
-    other = make_scan(P=801.0)
-    for other_run in (False, True):
-        begin(path, scan)
+def without(arrays, name):
+    """Return the arrays of a block without one."""
+    return {key: value for key, value in arrays.items() if key != name}
+
+
+@pytest.mark.parametrize("spoil", wrong_arrays().values(), ids=wrong_arrays())
+def test_a_block_of_other_arrays_is_computed_again(path, whole, capsys, spoil):
+    scan = make_scan()
+    begin(path, scan)
+    file = Blocks(path, scan).file(1)
+    with np.load(file) as saved:
+        arrays = dict(saved)
+    np.savez(file, **spoil(arrays))
+    assert run(path, scan, resume=True) == [1, 2]
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{file} is computed again: ")
+    assert content(path) == whole
+
+
+@pytest.mark.parametrize("other_run", [False, True])
+def test_a_valid_block_of_another_place_or_run_is_computed_again(path, whole, capsys, other_run):
+    scan = make_scan()
+    source = Blocks(path, scan).file(0)
+    if other_run:
+        other = make_scan(P=801.0)
         begin(path.with_name("b.h5"), other)
         source = Blocks(path.with_name("b.h5"), other).file(1)
-        if not other_run:
-            source = Blocks(path, scan).file(0)
-        shutil.copy(source, Blocks(path, scan).file(1))
-        assert run(path, scan, resume=True) == [1, 2]
-        (line,) = capsys.readouterr().err.splitlines()
-        assert re.search(r"1\.npz is computed again: it is block \d of the run ", line)
-        assert content(path) == whole
-        path.unlink()
-        shutil.rmtree(Blocks(path.with_name("b.h5"), other).folder)
-        count += 1
-    assert count >= 25
+    begin(path, scan)
+    shutil.copy(source, Blocks(path, scan).file(1))
+    assert run(path, scan, resume=True) == [1, 2]
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(r"1\.npz is computed again: it is block \d of the run ", line)
+    assert content(path) == whole
 
 
 def test_a_block_that_says_what_it_holds_must_hold_what_the_run_saves(path, whole, capsys):

@@ -1,4 +1,5 @@
 """What is finished: one HDF5 file, written whole and read by name.
 
-Modules in reading order: files, representation, dataset, provenance, archive.
+Modules in reading order: files, representation, dataset, provenance, contents, hdf5,
+archive.
 """

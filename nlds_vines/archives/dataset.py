@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 from typing import Any, NamedTuple
 
@@ -96,6 +97,11 @@ class Table:
     @classmethod
     def of(cls, datasets: Iterable[Dataset], length: Mapping[str, int]) -> Table:
         return cls({dataset.name: dataset for dataset in datasets}, length)
+
+    @cached_property
+    def dims(self) -> frozenset[str]:
+        """The dimensions that a dataset has."""
+        return frozenset(dim for entry in self.datasets.values() for dim in entry.dims)
 
     def shape(self, name: str) -> tuple[int, ...]:
         return tuple(self.length[dim] for dim in self.datasets[name].dims)

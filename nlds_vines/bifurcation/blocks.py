@@ -13,6 +13,7 @@ from math import ceil, prod
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
@@ -115,19 +116,39 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 
 _BLOCKS = 2  # in memory
 _CELL_COPIES = 2  # of the grid of cells: the grid itself, and the chains cut from it
+_ARCHIVE_COPIES = 2  # of an archive in memory: its blocks, and the arrays made of them
 _PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.compilation.MEMORY`)
+
+
+def memory_needed(scan: Scan, archive: Path) -> int:
+    """Return the bytes of memory that a scan takes at most.
+
+    Without a name an archive is in memory, as are all its blocks while it is put together.
+    """
+    grid = prod(scan.shape) * scan.system.cells().dtype.itemsize
+    needed = _BLOCKS * work_bytes(scan) + block_bytes(scan) + _CELL_COPIES * grid + _PROGRAM
+    if _is_in_memory(archive):
+        needed += _ARCHIVE_COPIES * scan.table.most_bytes
+    return needed
+
+
+def _is_in_memory(archive: Path) -> bool:
+    return ArchivePath.of(archive).named is None
 
 
 def refuse_without_room(scan: Scan, archive: Path) -> None:
     """Raise `RequestError` if a scan does not fit into what memory and disk have free."""
-    grid = prod(scan.shape) * scan.system.cells().dtype.itemsize
-    needed = _BLOCKS * work_bytes(scan) + block_bytes(scan) + _CELL_COPIES * grid + _PROGRAM
-    free = free_memory()
+    whose, remedy = "a block of orbits", "begin fewer orbits"
+    if _is_in_memory(archive):
+        whose, remedy = "its results", "name an archive (to=)"
+    needed, free = memory_needed(scan, archive), free_memory()
     if free is not None and needed > free:
         raise RequestError(
-            f"the scan needs {_size(needed)} of memory for a block of orbits, "
-            f"{_size(free)} are free: record less, sample fewer periods or begin fewer orbits"
+            f"the scan needs {_size(needed)} of memory for {whose}, "
+            f"{_size(free)} are free: record less, sample fewer periods or {remedy}"
         )
+    if _is_in_memory(archive):
+        return
     saved = sum(
         file.stat().st_size
         for file in archive.parent.glob(f"{escape(archive.name)}.*.blocks/*.npz")

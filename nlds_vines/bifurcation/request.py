@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import product
 from math import prod
 from typing import Any, ClassVar
@@ -468,6 +468,16 @@ FORM = Form(
 DEFAULT_FILE = "figure8.toml"  # the packaged scan that is computed unless another one is given
 
 
+def default_scan() -> dict[str, Any]:
+    """Return the tables of the packaged scan, of which the caller may leave out some."""
+    return dict(_default_tables())
+
+
+@cache
+def _default_tables() -> dict[str, Any]:
+    return parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE)
+
+
 def load_scan(
     source: str | os.PathLike[str] | Mapping[str, Any] | Scan | System | None = None,
     changes: Mapping[str, Any] | None = None,
@@ -510,7 +520,7 @@ def load_scan(
         changes = {"system": any_system(source), **changes}
         source = None
     if source is None:
-        source, where = parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE), DEFAULT_FILE
+        source, where = default_scan(), DEFAULT_FILE
         if is_given(changes.get("system")):
             del source["set"]  # what the default scan sets is meant for its own system
     request = FORM.read(source, changes, changes_from, where)

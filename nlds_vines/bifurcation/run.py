@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.archives import archive, provenance
+from nlds_vines.archives import archive, contents, provenance
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_in_words
@@ -431,13 +431,13 @@ def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Bloc
         lengths = {name: scale.values.size for name, scale in scales.items()}
         table = Table.of(datasets, {**table.length, **lengths})
 
-    def pieces() -> Iterator[archive.Piece]:
+    def pieces() -> Iterator[contents.Piece]:
         for block, arrays in saved():
             if attractors is not None:
                 arrays |= {records.ATTRACTOR: attractors.numbers[block.selection]}
             for name, array in arrays.items():
                 yield name, block.selection, array
-        yield from archive.whole(columns)
+        yield from contents.whole_pieces(columns)
 
     spent, when = store.spent, provenance.now()
 

@@ -56,8 +56,9 @@ def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
 
 def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
     """Raise `RequestError` for the first record of `want` that a scene does not have."""
+    possible = possible_want(want, scene)
     for word in want:
-        if word not in possible_want(want, scene):
+        if word not in possible:
             lacks = "such record" if scene.walls else "wall"
             raise RequestError(
                 f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "

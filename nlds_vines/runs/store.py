@@ -31,6 +31,7 @@ import numpy as np
 
 from nlds_vines.archives import archive, files
 from nlds_vines.archives.archive import ArchivePath
+from nlds_vines.archives.contents import whole_pieces
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import Value, attributes, makers, now
@@ -324,7 +325,7 @@ class Blocks:
         def attrs() -> dict[str, Value]:
             return {k: v for k, v in attributes(request, about, when).items() if k not in free}
 
-        return lambda path: archive.write(path, table, scales, archive.whole(filled), attrs)
+        return lambda path: archive.write(path, table, scales, whole_pieces(filled), attrs)
 
 
 def _say(text: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.archives import files, provenance
-from nlds_vines.archives.archive import chunk_shape
+from nlds_vines.archives.hdf5 import chunk_shape
 
 
 @pytest.fixture

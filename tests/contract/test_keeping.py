@@ -22,6 +22,7 @@ from tqdm import tqdm
 
 import nlds_vines as nv
 from nlds_vines.archives import provenance
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.run import Report, _save, wanted_of
 from nlds_vines.orbits.batch import Outputs
@@ -142,6 +143,19 @@ def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path, error
         with monkeypatch.context() as patch:
             patch.setattr(cutting, free, lambda *_: 1000)
             assert re.search(words, error_of(cutting.refuse_without_room, *needed))
+
+
+def test_an_archive_without_a_name_needs_memory_for_all_results(monkeypatch, tmp_path, error_of):
+    scan = make_scan()
+    nameless = ArchivePath.for_result(None, "scan")
+    monkeypatch.setattr(cutting, "free_disk", lambda *_: 1000)
+    cutting.refuse_without_room(scan, nameless)
+    needed = cutting.memory_needed(scan, nameless)
+    monkeypatch.setattr(cutting, "free_memory", lambda: needed - 1)
+    assert "name an archive (to=)" in error_of(cutting.refuse_without_room, scan, nameless)
+    monkeypatch.undo()
+    monkeypatch.setattr(cutting, "free_memory", lambda: needed - scan.table.bytes())
+    cutting.refuse_without_room(scan, tmp_path / "a.h5")
 
 
 def test_a_limit_on_memory_is_seen():

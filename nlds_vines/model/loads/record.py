@@ -214,13 +214,13 @@ class RecordFile:
 
 
 def _content_of_hdf5(path: Path) -> Content:
-    from nlds_vines.archives import archive
+    from nlds_vines.archives import hdf5
 
     def read(name: str) -> list[float]:
-        return list(archive.column(path, name, MOST_SAMPLES).tolist())
+        return list(hdf5.column(path, name, MOST_SAMPLES).tolist())
 
     # datasets of one dimension, of which none is read before it is chosen
-    names = archive.columns(path)
+    names = hdf5.columns(path)
     if len(names) > MOST_COLUMNS:
         raise RequestError(f"has {len(names)} datasets; allowed: up to {MOST_COLUMNS}")
     columns = [Column(name, unit, cache(partial(read, name))) for name, unit in names]

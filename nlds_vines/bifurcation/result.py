@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class ScanArchive(ArchivePath):
-    """The path of a scan's archive, which is accepted wherever a path is.
+    """A scan's archive: datasets by name, and a path, which is accepted wherever a path is.
 
     Examples
     --------
@@ -40,7 +40,14 @@ class ScanArchive(ArchivePath):
     >>> scan = nv.scan("tmd", vary={"omega": {"values": [6.0]}}, record=["energy"], quiet=True)
     >>> scan.request.system.name, scan.request.want
     ('tmd', ('energy',))
+    >>> scan["E1max"].shape, scan["omega"].tolist()
+    ((1, 1), [6.0])
     """
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a dataset or the values of a dimension; `RequestError` for another name."""
+        with self.read() as view:
+            return view[name]
 
     @property
     def request(self) -> Scan:

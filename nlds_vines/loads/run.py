@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -322,7 +321,7 @@ def _fly_hosts(
             if load.acts or impulse:
                 one = one.under(load)
             else:
-                one = replace(one, force=MappingProxyType({}), acceleration=-1.0)
+                one = one.with_values(["ground.acceleration"], [-1.0])
             longest = longest_cell(one, request.duration)
             key = id(load), longest
             if key not in shared:

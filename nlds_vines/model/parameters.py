@@ -284,9 +284,15 @@ RATIOS: Mapping[str, Parameter] = {
 
 FORCE, GROUND = "force", "ground"
 STRUCTURE_ITSELF = "host"  # the owner of the numbers of the whole structure
+MOTIONS = ("acceleration", "displacement")  # of the ground, of which one is given
 RESERVED = (FORCE, GROUND, STRUCTURE_ITSELF)  # no names of dampers
 SIDES = {"+": 1.0, "-": -1.0}  # of walls, by the sign of r
-_GROUND = Parameter(GROUND, "a", "m/s^2", "amplitude of the ground's acceleration")
+_OF_GROUND = {
+    "acceleration": Parameter(
+        "acceleration", "a", "m/s^2", "amplitude of the ground's acceleration"
+    ),
+    "displacement": Parameter("displacement", "Y", "m", "amplitude of the ground's displacement"),
+}
 _AMPLITUDE = Parameter("P", "P", "N", "amplitude of the force on")
 _OF_DAMPERS = {
     "m": Parameter("m", "m", "kg", "mass of", low=0, above=True),
@@ -338,8 +344,8 @@ def flat(values: Mapping[str, Any]) -> dict[str, Any]:
 def of_host(name: str) -> Parameter | None:
     """Return the number of a host by its name damper.key, force.dof or dof_0; None for others."""
     owner, key, side = split_name(name)
-    if name == GROUND:
-        return _GROUND
+    if owner == GROUND and key in _OF_GROUND:
+        return replace(_OF_GROUND[key], name=name)
     if owner == FORCE and key:
         entry, owner = _AMPLITUDE, key
     elif owner == STRUCTURE_ITSELF and key in _OF_STRUCTURE:

@@ -49,6 +49,7 @@ from nlds_vines.model.parameters import (
     HERTZ,
     INITIAL,
     LAWS,
+    MOTIONS,
     OSCILLATOR,
     PARAMETERS,
     RATIOS,
@@ -175,9 +176,10 @@ class System(Outlined):
         force : mapping of str to float, optional
             Amplitudes P [N] of the forces P cos(omega t) by degree of freedom.
         base : mapping, optional
-            In its place, the motion of the ground: `acceleration`, its amplitude [m/s^2], and
-            `influence`, by default "all", that of the host, or the displacements of degrees of
-            freedom when the ground moves by 1.  States are then relative to the ground.
+            In its place, the motion of the ground: the amplitude of its `acceleration` [m/s^2] or
+            of its `displacement` [m], and `influence`, by default "all", that of the host, or the
+            displacements of degrees of freedom when the ground moves by 1.  States are then
+            relative to the ground.
         name, title : str, optional
             A name, by default "host", and one line that describes the system.
 
@@ -1070,9 +1072,17 @@ _SIGNALS = {
 """The signals of degrees of freedom and dampers, by key."""
 
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
+
+
 def _is_of_own_force(name: str) -> bool:
     """Return True for a number of a host's harmonic force, which is off under a load."""
-    return name in ("omega", "f", GROUND) or name.startswith(f"{FORCE}.")
+    return name in ("omega", "f") or _is_drive(name)
+
+
+def _is_drive(name: str) -> bool:
+    """Return True for an amplitude of a host's forces, or of the motion of its ground."""
+    return name.startswith((f"{FORCE}.", f"{GROUND}."))
 
 
 def _displaced(row: np.ndarray, part: int, states: np.ndarray) -> np.ndarray:
@@ -1095,8 +1105,9 @@ class General(System):
         The dampers.
     force : mapping of str to float
         Amplitudes P [N] of the forces P cos(omega t), by degree of freedom.
-    acceleration : float
-        In place of a force, the amplitude [m/s^2] of the ground's acceleration.
+    ground : mapping of str to float
+        In place of a force, what moves the ground: the amplitude of its `acceleration` [m/s^2] or
+        of its `displacement` [m].
     omega : float
         Frequency [rad/s].
     name, title : str
@@ -1108,7 +1119,7 @@ class General(System):
     host: Host
     dampers: tuple[Damper, ...]
     force: Mapping[str, float]
-    acceleration: float
+    ground: Mapping[str, float]
     omega: float
     name: str = "host"
     title: str = ""
@@ -1128,7 +1139,7 @@ class General(System):
             mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
             place = " and ".join(damper.places)
             yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
-        force = numbers(self.force) or f"ground {self.acceleration:.6g} m/s^2"
+        force = numbers(self.force) or f"{numbers(self.ground)} of the ground"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
 
     def parts_in_words(self) -> str:
@@ -1213,7 +1224,7 @@ class General(System):
     def with_axes(self, names: Iterable[str]) -> General:
         names = [name for name in names if name not in INITIAL]
         self.refuse_twice(names)
-        drives = [name for name in names if name == GROUND or name.startswith(f"{FORCE}.")]
+        drives = [name for name in names if _is_drive(name)]
         new = {name: 0.0 for name in drives if name not in self.parameters}
         for name in names:
             if name in self.host.settable and name not in self.parameters:
@@ -1252,9 +1263,8 @@ class General(System):
 
     @property
     def drive(self) -> dict[str, float]:
-        names = [name for name in self.parameters if name in ("omega", GROUND)]
-        names += [name for name in self.parameters if name.startswith(f"{FORCE}.")]
-        return {name: self.parameters[name] for name in names}
+        amplitudes = [name for name in self.parameters if _is_drive(name)]
+        return {name: self.parameters[name] for name in ("omega", *amplitudes)}
 
     @property
     def contact_in_words(self) -> dict[str, float]:
@@ -1311,7 +1321,8 @@ class General(System):
 
     @cached_property
     def parameters(self) -> Mapping[str, float]:  # type: ignore[override]  # of a preset a field
-        """The numbers by name: floor2.k, cell1.k, cell1.gap, force.roof or ground, omega [SI].
+        """The numbers by name [SI]: floor2.k, cell1.k, cell1.gap, omega, and the amplitudes of what
+        drives the host, force.roof, or ground.acceleration or ground.displacement.
 
         Of two walls with different numbers each has its own: cell1.gap+, cell1.gap-.  Those of the
         host are `Host.numbers`.
@@ -1322,7 +1333,8 @@ class General(System):
             for key, value in damper.parameters.items()
         }
         forces = {f"{FORCE}.{dof}": P for dof, P in self.force.items()}
-        drive = forces or {GROUND: self.acceleration}
+        motions = {f"{GROUND}.{key}": value for key, value in self.ground.items()}
+        drive = forces or motions
         return MappingProxyType({**of_dampers, **self.host.numbers, **drive, "omega": self.omega})
 
     @property
@@ -1335,7 +1347,8 @@ class General(System):
         """The names of all numbers that `with_` replaces, and that an axis may have."""
         of_dampers = (f"{damper.name}.{k}" for damper in self.dampers for k in damper.allowed)
         forces = (f"{FORCE}.{dof}" for dof in self.host.places)
-        return (*of_dampers, *self.host.settable, *forces, GROUND, "omega", "f")
+        motions = (f"{GROUND}.{key}" for key in MOTIONS)
+        return (*of_dampers, *self.host.settable, *forces, *motions, "omega", "f")
 
     def parts(self, name: str) -> tuple[str, ...]:
         """Return the names of single numbers that a name means: gap+ and gap- for gap.
@@ -1348,12 +1361,16 @@ class General(System):
         damper = next((damper for damper in self.dampers if damper.name == owner), None)
         if owner == FORCE and key:
             choice("degree of freedom", key, self.host.places)
+        elif owner == GROUND and key:
+            with at(GROUND):
+                choice("motion", key, MOTIONS)
         elif damper and key and key + side not in (*damper.allowed, PLACE):
             with at(f"damper {owner!r}"):
                 keys = [key for key in damper.allowed if key[-1] not in SIDES]
                 raise unknown("parameter", key + side, [*keys, PLACE])
-        elif not (damper and key) and name not in ("omega", "f", GROUND):
-            raise unknown("parameter", name, dict.fromkeys([*self.parameters, GROUND, "f"]))
+        elif not (damper and key) and name not in ("omega", "f"):
+            motions = [f"{GROUND}.{key}" for key in MOTIONS]
+            raise unknown("parameter", name, dict.fromkeys([*self.parameters, *motions, "f"]))
         if damper is None or side:
             return ("omega",) if name == "f" else (name,)
         if key in RATIOS_OF_DAMPERS:
@@ -1368,9 +1385,12 @@ class General(System):
             for part in self.parts(name):
                 if first.setdefault(part, name) != name:
                     raise RequestError(f"{first[part]} beside {name}: give one of them")
-        forces = [name for name in names if name.startswith(f"{FORCE}.")]
-        if forces and GROUND in names:
-            raise RequestError(f"{GROUND} beside {forces[0]}: give one of them")
+        motions = [name for name in names if name.startswith(f"{GROUND}.")]
+        others = (
+            [name for name in names if _is_drive(name) and name != motions[0]] if motions else []
+        )
+        if others:
+            raise RequestError(f"{motions[0]} beside {others[0]}: give one of them")
 
     def with_(self, /, **changes: Any) -> General:
         values = flat(changes)
@@ -1417,7 +1437,7 @@ class General(System):
 
         Neither names nor ranges are checked: one call for each cell of a scan.
         """
-        omega, forces, acceleration = self.omega, self.force, self.acceleration
+        omega, forces, ground = self.omega, self.force, self.ground
         of_dampers: dict[str, dict[str, Any]] = {}
         of_host: dict[str, float] = {}
         settable = self.host.settable
@@ -1428,10 +1448,10 @@ class General(System):
                 continue
             if name in ("omega", "f"):
                 omega = value if name == "omega" else value * (2 * pi)
-            elif name == GROUND:
-                forces, acceleration = {}, value
+            elif owner == GROUND:
+                forces, ground = {}, {key: value}
             elif owner == FORCE:
-                forces, acceleration = {**forces, key: value}, 0.0
+                forces, ground = {**forces, key: value}, {}
             else:
                 of_dampers.setdefault(owner, {})[key] = value
         host = self.host.with_numbers(of_host) if of_host else self.host
@@ -1445,7 +1465,7 @@ class General(System):
             host=host,
             dampers=tuple(dampers),
             force=MappingProxyType(dict(forces)),
-            acceleration=acceleration,
+            ground=MappingProxyType(dict(ground)),
             omega=omega,
         )
 
@@ -1468,7 +1488,7 @@ class General(System):
         if self.force:
             drive["at"] = dict(self.force)
         else:
-            drive["base"] = {"acceleration": self.acceleration}
+            drive["base"] = dict(self.ground)
         return {
             "kind": self.kind,
             **{key: getattr(self, key) for key in ("name", "title") if getattr(self, key)},
@@ -1709,6 +1729,20 @@ class General(System):
 
     # ---- forces and loads ----
 
+    @property
+    def acceleration(self) -> float:
+        """The amplitude [m/s^2] of the ground's acceleration, -omega^2 times its displacement."""
+        if "displacement" in self.ground:
+            return -(self.omega**2) * self.ground["displacement"]
+        return self.ground.get("acceleration", 0.0)
+
+    @property
+    def displacement_of_ground(self) -> float:
+        """The amplitude [m] of the ground's displacement, -1/omega^2 times its acceleration."""
+        if "acceleration" in self.ground:
+            return -self.ground["acceleration"] / (self.omega * self.omega)
+        return self.ground.get("displacement", 0.0)
+
     def push(self) -> np.ndarray:
         """Return the force [N] on each coordinate and mass at cos(omega t) = 1."""
         if self.force:
@@ -1731,7 +1765,7 @@ class General(System):
         if load.shaken:
             if load.on is not None:
                 raise RequestError("on: the loads move the ground, and no degree of freedom else")
-            return replace(self, force=MappingProxyType({}), acceleration=-1.0)
+            return self.with_values([f"{GROUND}.acceleration"], [-1.0])
         dofs, on = self.host.places, load.on
         if on is None:
             if len(dofs) > 1:
@@ -1741,7 +1775,7 @@ class General(System):
         factors = {on: 1.0} if isinstance(on, str) else dict(on)
         for dof in factors:
             choice("degree of freedom in on", dof, dofs)
-        return replace(self, force=MappingProxyType(factors), acceleration=0.0)
+        return replace(self, force=MappingProxyType(factors), ground=NOTHING)
 
 
 def _signature_of(form: type[System]) -> Signature:
@@ -1775,14 +1809,17 @@ def system_from_host(
     PARAMETERS["omega"].check(number("omega", omega))
     if (force is None) == (base is None):
         raise RequestError("a system needs one of force and base")
-    forces, acceleration = {}, 0.0
+    forces, ground = {}, {}
     if base is not None:
-        table("base", base, ("influence", "acceleration"))
+        table("base", base, ("influence", *MOTIONS))
         influence = base.get("influence", ALL)
         if influence != ALL:
             influence = by_dof_names("influence", influence)
             host = with_influence(host, table("influence", influence))
-        acceleration = number("acceleration", base.get("acceleration"))
+        given = [key for key in MOTIONS if key in base]
+        if len(given) != 1:
+            raise RequestError(f"base needs one of {' and '.join(MOTIONS)}")
+        ground[given[0]] = number(given[0], base[given[0]])
     else:
         for dof, P in table("force", by_dof_names("force", force)).items():
             choice("degree of freedom of the force", dof, host.places)
@@ -1794,7 +1831,8 @@ def system_from_host(
     ordered = tuple(sorted(tuned, key=lambda damper: damper.m is None))
     check_places(host, ordered)
     words = string("name", name) or HOST, string("title", title)
-    system = General(host, ordered, MappingProxyType(forces), acceleration, float(omega), *words)
+    drive = MappingProxyType(forces), MappingProxyType(ground)
+    system = General(host, ordered, *drive, float(omega), *words)
     component, count = Counter(system.scene.components).most_common(1)[0]
     if count > 1:
         raise RequestError(f"{component!r} names two components of states: take another name")

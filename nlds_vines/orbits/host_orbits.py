@@ -135,8 +135,7 @@ class HostOrbits:
         moved = np.array([moved for _, moved in pairs])
         displacements = np.zeros(len(names))
         if is_ground_known and not system.force:
-            amplitude = -system.acceleration / (system.omega * system.omega)
-            displacements = np.append(displacements, amplitude * moved)
+            displacements = np.append(displacements, system.displacement_of_ground * moved)
             rows = np.vstack([rows, rows])
         count = 1 + len(system.masses) if energy else 0
         m = np.concatenate([np.ones(n), [damper.m for damper in system.masses]])
@@ -351,7 +350,7 @@ def follow_host(
 
 def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:
     """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
-    system = General(Host(M=[[1.0]], K=[[1.0]]), (), {}, 0.0, 1.0)
+    system = General(Host(M=[[1.0]], K=[[1.0]]), (), {}, {"acceleration": 0.0}, 1.0)
     orbits = HostOrbits(system, 1.0)
     span, effort = (Span(0, 3, 1), "quick") if is_judged else (Span(0, 0, 1), "")
     follow_host(orbits, np.zeros(2), span, tell, orbits.records(has_records, ()), effort)

@@ -62,9 +62,10 @@ USUAL = ("k2", "c2", "C", "D")  # tuned by default, as far as the scene has them
 
 def tunable(scene: Scene) -> tuple[str, ...]:
     """Return the names of the dampers' parameters and of the ratios that stand for them."""
-    foreign = (*STRUCTURE, *FORCING, *BASES, GROUND)
+    foreign = (*STRUCTURE, *FORCING, *BASES)
+    drives = (f"{FORCE}.", f"{GROUND}.")
     of_damper = [
-        name for name in scene.allowed if name not in foreign and not name.startswith(f"{FORCE}.")
+        name for name in scene.allowed if name not in foreign and not name.startswith(drives)
     ]
     ratios = ratios_in(scene).items()
     return (*of_damper, *(name for name, ratio in ratios if ratio.gives in of_damper))

@@ -138,7 +138,7 @@ def test_a_host_without_walls_has_branches_that_scale_with_its_force(tmp_path):
     damper = nv.Damper("tmd", "roof", m=900.0, k=1e5, c=2e3)
     system = nv.System.from_host(host, [damper], base={"acceleration": 0.1}, omega=12.0)
     options = {"step": 0.1, "quiet": True, "to": tmp_path / "tmd.h5"}
-    (branch,) = nv.continue_branch(system, "ground", (0.1, 0.2), **options).branches
+    (branch,) = nv.continue_branch(system, "ground.acceleration", (0.1, 0.2), **options).branches
     assert {*branch.labels} == {"T,0"}
     assert branch.stable.all()
     assert branch.impacts.shape == (len(branch), 0)

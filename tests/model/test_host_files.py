@@ -220,6 +220,11 @@ WRONG = [
     ("f = 2.0", "", r"\[system.force\]: one of omega and f must be given"),
     ("f = 2.0", "phase = 2.0", r"\[system.force\]: unknown key 'phase'"),
     ("f = 2.0", "f = 2.0\nbase = { acceleration = 1.0 }", "needs one of force and base"),
+    (
+        "at = { roof = 1500.0 }",
+        "base = { acceleration = 1.0, displacement = 0.1 }",
+        "base needs one of acceleration and displacement",
+    ),
     ("at = { roof", "at = { top", "of the force 'top'; allowed: floor1, floor2, roof"),
     ("cell.k = 200.0", "cell.kk = 2", r"\[set\]: damper 'cell': unknown parameter 'kk'"),
     ("[system.force]", "[system.load]", r"\[system\]: unknown key 'load'"),

@@ -52,7 +52,8 @@ REPLACED = [
     ({"ball.E1": 3e9}, {"ball.E1": 3e9}),
     ({"ball.hunt_crossley": 0.2}, {"ball.hunt_crossley": 0.2}),
     ({"force.floor1": 5.0}, {"force.floor1": 5.0}),
-    ({"ground": 0.5}, {"force.roof": None, "ground": 0.5}),
+    ({"ground.acceleration": 0.5}, {"force.roof": None, "ground.acceleration": 0.5}),
+    ({"ground.displacement": 0.1}, {"force.roof": None, "ground.displacement": 0.1}),
     ({"f": 2.0}, {"omega": 4 * np.pi}),
 ]  # fmt: skip
 
@@ -174,7 +175,16 @@ def test_a_damper_moves_to_another_place():
         ({"f": -1.0}, "f = -1.0 is not allowed"),
         ({"cell.gap": 0.1, "cell.gap+": 0.2}, "cell.gap beside cell.gap[+]: give one of them"),
         ({"f": 1.0, "omega": 6.0}, "f beside omega: give one of them"),
-        ({"ground": 1.0, "force.roof": 6.0}, "ground beside force.roof: give one of them"),
+        (
+            {"ground.acceleration": 1.0, "force.roof": 6.0},
+            "ground.acceleration beside force.roof: give one of them",
+        ),
+        (
+            {"ground.acceleration": 1.0, "ground.displacement": 0.1},
+            "ground.acceleration beside ground.displacement: give one of them",
+        ),
+        ({"ground": 1.0}, "unknown parameter 'ground'"),
+        ({"ground.velocity": 1.0}, "ground: unknown motion 'velocity'"),
         ({"stop.gap+": -0.02}, "damper 'stop': its walls overlap by 0.01 m"),
         ({"ball.K": 1.0, "ball.E1": 1.0}, "damper 'ball': K stands beside constants"),
         ({"cell.E1": 1.0}, "damper 'cell': law 'hertz' needs E2"),

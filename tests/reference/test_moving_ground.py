@@ -1,5 +1,7 @@
 """Moving ground in every task: closed forms, hosts beside kinds, a load of the same motion."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -115,7 +117,7 @@ def host_of(p, drive):
     host = nv.Host(M=[[p["m1"]]], K=[[p["k1"]]], C=[[p["c1"]]], dofs=["x"])
     wall = nv.Wall(p["C"], K=p["K"])
     damper = nv.Damper("a", "x", m=p["m2"], k=p["k2"], c=p["c2"], walls=[wall])
-    base = {"acceleration": acceleration_of(drive, p["omega"])}
+    base = {name.removeprefix("base_"): value for name, value in drive.items()}
     return nv.System.from_host(host, [damper], base=base, omega=p["omega"])
 
 
@@ -135,6 +137,31 @@ def test_a_kind_moves_as_the_same_system_written_as_a_host(drive):
         assert mine.response[name] == pytest.approx(
             other.response[f"x.{name.replace('1', '')}"], rel=1e-8
         ), name
+
+
+def test_the_displacement_of_a_hosts_ground_is_followed_along_the_frequency():
+    """A frame of two floors along omega, beside the closed form, and named on every axis."""
+    m, k, c = np.diag([900.0, 700.0]), np.array([[7e4, -3e4], [-3e4, 3e4]]), np.diag([800.0, 600.0])
+    host = nv.Host(M=m, K=k, C=c, dofs=["low", "high"])
+    system = nv.System.from_host(host, base={"displacement": 0.01}, omega=5.0)
+    omegas = np.array([3.0, 6.0, 9.0])
+    record = {"want": ["energy", "response"], "of": ["high"]}
+    along = {"sampling": {"transient": 400, "periods": 2, "tolerance": 1e-11}, "quiet": True}
+    scan = nv.scan(system, vary={"omega": {"values": omegas}}, record=record, **along)
+    for i, omega in enumerate(omegas):
+        dynamic = k - omega**2 * m + 1j * omega * c
+        relative = np.linalg.solve(dynamic, 0.01 * omega**2 * np.diag(m))[1]
+        expected = {"x_max": relative, "x_abs_max": relative + 0.01}
+        expected["a_max"] = omega**2 * expected["x_abs_max"]
+        for name, value in expected.items():
+            assert scan[name][i].item() == pytest.approx(abs(value), rel=1e-9), name
+        bare = system.with_(**{"ground.acceleration": -0.01 * omega**2, "omega": omega})
+        other = nv.scan(bare, vary={"omega": {"values": [omega]}}, record=record, **along)
+        assert other["x_max"].item() == pytest.approx(scan["x_max"][i].item(), rel=1e-13)
+    again = pickle.loads(pickle.dumps(system))
+    assert again.parameters == system.parameters
+    twice = system.with_(**{"ground.displacement": 0.02}).parameters["ground.displacement"]
+    assert twice == 0.02
 
 
 @pytest.mark.parametrize("system", ["ssul-set6", "ssbl"])

@@ -155,8 +155,8 @@ def test_loads_of_hosts_may_be_uncertain_and_a_wrong_name_is_refused_in_its_tabl
     assert "[uncertain]: unknown uncertain parameter 't.kk'" in line
     assert "impulse, scale" in line
     assert "ground" not in line
-    line = error_of(load_tuning, LINEAR, {**STRUCK, "uncertain": {"ground": "20%"}})
-    assert "ground: a system's own force is off under a load" in line
+    line = error_of(load_tuning, LINEAR, {**STRUCK, "uncertain": {"ground.acceleration": "20%"}})
+    assert "ground.acceleration: a system's own force is off under a load" in line
 
 
 @pytest.mark.kernels

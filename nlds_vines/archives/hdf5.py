@@ -142,8 +142,6 @@ class InFile:
 
     def __init__(self, path: Path) -> None:
         """Open a file; raise `RequestError` unless it is HDF5 that lies in the file itself."""
-        import h5py
-
         self._path = path
         try:
             open_regular(path).close()  # HDF5 would wait for a pipe
@@ -152,6 +150,8 @@ class InFile:
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise RequestError(f"{path} cannot be opened: {reason}") from error
+        import h5py
+
         unreadable = f"{path} cannot be opened: it is no HDF5 file, damaged, or not readable"
         try:
             self._file = h5py.File(path, "r")

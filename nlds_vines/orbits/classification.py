@@ -40,6 +40,11 @@ _NUMBERS = (
 # default number of periods of a Lyapunov spectrum, and those before in which variations align
 PERIODS, ALIGNING = 3200, 100
 
+UNDEFINED = (
+    "undefined if the motion depends on the order in which bodies strike several walls at one "
+    "instant (docs/hosts.md)"
+)
+
 
 @dataclass(frozen=True, repr=False)
 class Regime(Outlined):
@@ -140,6 +145,9 @@ class Regime(Outlined):
         if self.multipliers is not None:
             moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
             yield "Floquet multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
+        if math.isnan(self.lyapunov):
+            yield "Lyapunov exponents [1/s]", f"not measured by the effort quick; {UNDEFINED}"
+            return
         width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
         measured = self.exponents[~np.isnan(self.exponents)]
         others = "".join(f"; {value:.4g}" for value in measured[1:].tolist())
@@ -352,6 +360,9 @@ class LyapunovSpectrum(Outlined):
 
     def outline(self) -> Rows:
         """Return the exponents with their intervals, and the check of their sum."""
+        if np.isnan(self.exponents).any():
+            yield "exponents [1/s]", UNDEFINED
+            return
         pairs = zip(self.exponents.tolist(), self.widths.tolist(), strict=True)
         yield "exponents [1/s]", "; ".join(f"{e:.4g} +- {width:.1g}" for e, width in pairs)
         total = float(self.exponents.sum())

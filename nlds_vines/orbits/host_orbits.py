@@ -169,6 +169,7 @@ class HostOrbits:
             rebounds=np.zeros(count),
             compressed=np.zeros(count),
             expanded=np.zeros(count),
+            joins=np.zeros(count, np.int64),
             presses=np.zeros(count),
             impulses=np.zeros(count),
             least=np.zeros(count),

@@ -164,9 +164,75 @@ def test_exponents_sum_to_the_divergence_in_closed_form(law, P, lost):
     assert spectrum.exponents.sum() == pytest.approx(divergence, rel=1e-9)
 
 
+def side_by_side(first, second, dashpot=0.0, far=None):
+    """Return two equal masses with equal dampers, moved alike until the first impacts.
+
+    first, second: e of the dampers' walls; dashpot [N s/m]: between the masses; far: e of a second
+    wall of the first damper.
+    """
+    C = np.array([[6.0 + dashpot, -dashpot], [-dashpot, 6.0 + dashpot]])
+    host = nv.Host(10.0 * np.eye(2), 400.0 * np.eye(2), C, dofs=["x", "y"])
+    dampers = []
+    for name, dof, e in (("a", "x", first), ("b", "y", second)):
+        walls = [nv.Wall(0.05, law="restitution", e=e)]
+        if far is not None and name == "a":
+            walls.append(nv.Wall(0.07, "-", law="restitution", e=far))
+        dampers.append(nv.Damper(name, dof, m=2.0, k=60.0, c=1.0, walls=walls))
+    return nv.System.from_host(host, dampers, force={"x": 40.0, "y": 40.0}, omega=5.5)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "periods"),
+    [((0.7, 0.7), 4), ((0.7, 0.4), 4), ((0.8, 0.6, 0.0, 0.7), 2), ((0.6, 0.0), 1)],
+)
+def test_walls_that_do_not_interact_are_each_struck_at_a_time_of_its_own(coefficients, periods):
+    """Two oscillators side by side, from rest; the dampers part at the first impacts."""
+    system = side_by_side(*coefficients)
+    orbit = nv.simulate(system, periods, start=np.zeros(8), tolerance=1e-13, quiet=True)
+    touches = orbit.impacts["touch"][orbit.impacts["speed"] > 0.0]
+    assert touches[0] == touches[1]
+    flow = HostMap(system)
+    mapped, error = error_of(flow, np.zeros(flow.size), periods)
+    assert min(mapped.counts[0], mapped.counts[-1]) > 0
+    assert error < 1e-7
+    if min(coefficients[:2]) > 0.0:
+        _, volume = np.linalg.slogdet(mapped.matrix)
+        free = mapped.trace * periods * flow.orbits.body.period
+        e = [wall.constants["e"] for damper in system.dampers for wall in damper.walls]
+        assert mapped.shrunk == pytest.approx(2.0 * mapped.counts @ np.log(e), rel=1e-13)
+        assert volume == pytest.approx(free + mapped.shrunk, rel=1e-9)
+
+
+def slopes_beside(flow, y, periods, direction, h):
+    """Return the difference quotients towards both sides of y along a direction."""
+    middle = flow(y, periods, False).sections[-1]
+    return [
+        (flow(y + side * h * direction, periods, False).sections[-1] - middle) / (side * h)
+        for side in (1.0, -1.0)
+    ]
+
+
+def test_a_dashpot_between_masses_that_are_struck_at_one_instant_leaves_no_derivative():
+    """The motion has a kink: the derivatives towards both sides differ."""
+    for dashpot, is_smooth in ((0.0, True), (1e-9, True), (4.0, False)):
+        flow = HostMap(side_by_side(0.7, 0.7, dashpot))
+        y = np.zeros(flow.size)
+        mapped = flow(y, 2)
+        scales = flow.scales(mapped.sections)
+        direction = np.zeros(flow.size)
+        direction[: flow.size // 2] = flow.orbits.start(np.array([1e-2, 0.0] + 6 * [0.0]))[
+            : flow.size // 2
+        ]
+        ahead, behind = slopes_beside(flow, y, 2, direction, 1e-6)
+        differ = np.abs((ahead - behind) / scales).max() / np.abs(ahead / scales).max()
+        assert (differ < 1e-3) == is_smooth
+        assert np.isnan(mapped.matrix).all() == (not is_smooth)
+        assert math.isnan(mapped.shrunk) == (not is_smooth)
+
+
 @pytest.mark.parametrize("e", [0.7, 0.0])
-def test_bodies_that_strike_at_one_instant_shrink_volumes_as_their_map_does(e):
-    """Two equal dampers on one mass, and a third that strikes alone; e = 0 leaves no volume."""
+def test_walls_that_interact_and_are_struck_at_one_instant_leave_no_derivative(e):
+    """Two equal dampers on one mass: the motion jumps with the order in which they strike."""
     rigid = nv.Wall(0.02, law="restitution", e=e)
     twins = [nv.Damper(name, "roof", m=60.0, k=300.0, c=40.0, walls=[rigid]) for name in "ab"]
     other = nv.Damper(
@@ -177,12 +243,63 @@ def test_bodies_that_strike_at_one_instant_shrink_volumes_as_their_map_does(e):
     orbit = flow(np.zeros(flow.size), 3)
     assert orbit.counts[0] == orbit.counts[1] > 2
     assert orbit.counts[2] > 2
-    if e == 0.0:
-        assert orbit.shrunk == -math.inf
+    assert np.isnan(orbit.matrix).all()
+    assert math.isnan(orbit.shrunk)
+    alone = flow(np.zeros(flow.size), 3, False)
+    assert np.array_equal(alone.sections, orbit.sections)
+    direction = np.zeros(flow.size)
+    direction[2], direction[3] = 1.0, -1.0  # the masses of a and b
+    lengths = [
+        np.abs(slopes_beside(flow, np.zeros(flow.size), 1, direction, h)[0]).max()
+        for h in (1e-7, 1e-9, 1e-11)
+    ]
+    assert lengths[1] / lengths[0] == pytest.approx(100.0, rel=1e-3)
+    assert lengths[2] / lengths[1] == pytest.approx(100.0, rel=1e-3)
+
+
+def test_walls_that_limit_the_same_motion_are_struck_at_one_time():
+    """Two walls with one gap, of one mass against the ground: as one wall with the first's e."""
+    host = nv.Host([[1.0]], [[1.0]], [[0.1]])
+    walls = [nv.Wall(0.3, law="restitution", e=0.6)]
+    pair = [nv.Damper(name, ("x1", "ground"), walls=walls) for name in ("a", "b")]
+    one, both = (
+        HostMap(nv.System.from_host(host, dampers, force={"x1": 1.0}, omega=1.3))(np.zeros(2), 3)
+        for dampers in (pair[:1], pair)
+    )
+    assert one.counts[0] > 2
+    assert both.matrix == pytest.approx(one.matrix, abs=1e-12)
+    assert both.shrunk == pytest.approx(one.shrunk, rel=1e-14)
+
+
+@pytest.mark.parametrize("law", [{"K": 1e6}, {"law": "linear", "kc": 1e4, "cc": 50.0}])
+def test_a_wall_that_is_touched_as_another_is_struck(law):
+    """Hertz' force begins without a jump; that of a dashpot depends on which comes first."""
+    host = nv.Host([[10.0]], [[400.0]], [[6.0]])
+    dampers = [
+        nv.Damper(name, "x1", m=2.0, k=60.0, c=1.0, walls=[nv.Wall(0.05, **wall)])
+        for name, wall in (("a", {"law": "restitution", "e": 0.7}), ("b", law))
+    ]
+    flow = HostMap(nv.System.from_host(host, dampers, force={"x1": 40.0}, omega=5.5))
+    if "K" not in law:
+        assert np.isnan(flow(np.zeros(6), 1).matrix).all()
         return
-    _, volume = np.linalg.slogdet(orbit.matrix)
-    free = orbit.trace * 3 * flow.orbits.body.period
-    assert volume == pytest.approx(free + orbit.shrunk, rel=1e-9)
+    mapped, error = error_of(flow, np.zeros(6), 1)
+    assert min(mapped.counts) > 0
+    assert error < 1e-5
+
+
+@pytest.mark.parametrize("e", [0.7, 0.4])
+def test_exponents_of_two_systems_side_by_side_sum_to_twice_the_divergence(e):
+    """-tr(M^-1 C), and 2 ln e for each impact at each wall."""
+    system, periods = side_by_side(e, e), 64
+    begin = ALIGNING * system.period
+    end = begin + periods * system.period
+    spectrum = lyapunov_spectrum(system, None, periods, quiet=True)
+    M, C, *_ = matrices_of(system)
+    lost = lost_at_rigid_walls(system, begin, end)
+    divergence = -np.trace(np.linalg.solve(M, C)) + lost / (end - begin)
+    assert spectrum.divergence == pytest.approx(divergence, rel=1e-9)
+    assert spectrum.exponents.sum() == pytest.approx(divergence, rel=1e-9)
 
 
 def test_a_derivative_of_a_flight_is_the_exponential():

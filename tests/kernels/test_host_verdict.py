@@ -122,6 +122,38 @@ def test_two_equal_systems_side_by_side_have_each_multiplier_twice():
         assert both.impacts_by_wall == {("a", "+"): one.impacts, ("b", "+"): one.impacts}
 
 
+@pytest.mark.parametrize(("omega", "e"), [(6.28, 0.7), (6.28, 0.3), (5.5, 0.5), (7.3, 0.8)])
+def test_two_equal_rigid_systems_side_by_side_have_each_multiplier_twice(omega, e):
+    """All their impacts are at one instant each."""
+    system = nv.load_system(SET6, omega=omega, law="restitution", e=e)
+    one, both = nv.classify(system, quiet=True), nv.classify(twins(system), quiet=True)
+    assert one.kind == both.kind == "periodic"
+    assert both.period == one.period
+    assert both.impacts_by_wall == {("a", "+"): one.impacts, ("b", "+"): one.impacts}
+    assert one.impacts > 0
+    moduli = np.sort(np.repeat(np.abs(one.multipliers), 2))
+    np.testing.assert_allclose(np.sort(np.abs(both.multipliers)), moduli, rtol=1e-7)
+
+
+def test_an_orbit_that_depends_on_the_order_of_its_impacts_is_undetermined():
+    """Two equal dampers on one mass: any displacement of one leads away from the joint motion."""
+    wall = nv.Wall(0.02, law="restitution", e=0.7)
+    pair = [nv.Damper(name, "x1", m=0.2, k=16.0, c=0.1, walls=[wall]) for name in "ab"]
+    host = nv.Host([[4.0]], [[400.0]], [[2.0]])
+    system = nv.System.from_host(host, pair, force={"x1": 5.0}, omega=8.0)
+    regime = nv.classify(system, quiet=True)
+    assert (regime.label, regime.multipliers) == ("undetermined", None)
+    assert np.isnan([regime.lyapunov, *regime.exponents]).all()
+    assert "order" in str(regime)
+    assert "order" in str(regime.lyapunov_spectrum(16, quiet=True))
+    after = nv.simulate(system, 1, start=regime.state, quiet=True).state
+    for h in (1e-6, 1e-12):
+        start = regime.state.copy()
+        start[2] += h
+        other = nv.simulate(system, 1, start=start, quiet=True).state
+        assert np.abs(other - after).max() == pytest.approx(0.041592, rel=1e-3)
+
+
 def test_chaos_of_one_of_two_dampers_is_chaos_of_the_host():
     system = nv.load_system(SET6, omega=7.4, K=2.5e7)
     regime = nv.classify(twins(system), quiet=True)

@@ -61,19 +61,27 @@ from .host_variations import (
 )
 from .host_watch import largest_in, note_series, read_line
 from .walls import (
+    APART,
     FAST,
+    HELD,
+    INDEPENDENT,
     IS_RIGID,
+    LEFT,
     OWN_RATE,
     OWN_SHARE,
     OWN_WEIGHT,
+    PASSED,
     PLACES,
     ROOT,
     SCALES,
+    STRUCK,
     apply_impulses,
     at_theta,
+    cosine,
     fill,
     hold,
     interpolate,
+    is_at,
     is_rough,
     least_rates,
     look,
@@ -510,7 +518,60 @@ def begin(host, varied, wall, time, y):
 
 @jit
 def strike(host, varied, wall, time, drive, y):
-    """Take the impact with a rigid wall, and with all others that the bodies are at.
+    """Take the impact with a rigid wall, and with all others that are struck at this instant.
+
+    Walls that interact, directly or by others, take one impact (`strike_together`). Those that do
+    not are struck one after the other, in any order: an impulse of one leaves the rates at the
+    others as they are, and variations pass each at its own time.
+    """
+    body, walls, contacts = host.body, host.walls, host.contacts
+    for other in range(walls.number):
+        contacts.joins[other] = int(APART)
+    while wall >= 0:
+        strike_together(host, varied, wall, time, drive, y)
+        wall = -1
+        for other in range(walls.number):
+            if contacts.joins[other] != APART:
+                contacts.joins[other] = int(PASSED)
+            elif wall < 0 and part_of(body, walls, contacts, other, y) == STRUCK:
+                wall = other
+
+
+@jit
+def part_of(body, walls, contacts, wall, y):
+    """Return HELD, STRUCK or LEFT of a rigid wall that holds or that bodies are at, else APART."""
+    if walls.law[wall] != IS_RIGID:
+        return int(APART)
+    if is_in_contact(contacts, wall):
+        return int(HELD)
+    if not is_at(body, walls, wall, y):
+        return int(APART)
+    _, s = along(body, walls.links[wall], y, 0)
+    return int(STRUCK) if walls.signs[wall] * s > 0.0 else int(LEFT)
+
+
+@jit
+def join(body, walls, contacts, wall, y):
+    """Fill `joins` for a wall that is struck, and for those that interact with it and are APART."""
+    joins, is_changed = contacts.joins, True
+    joins[wall] = int(STRUCK)
+    while is_changed:
+        is_changed = False
+        for other in range(walls.number):
+            if joins[other] != APART:
+                continue
+            part, interacts = part_of(body, walls, contacts, other, y), False
+            for one in range(walls.number if part != APART else 0):
+                if joins[one] in (HELD, STRUCK, LEFT):
+                    bond = abs(cosine(body, walls, one, other))
+                    interacts = interacts or bond > INDEPENDENT
+            if interacts:
+                joins[other], is_changed = part, True
+
+
+@jit
+def strike_together(host, varied, wall, time, drive, y):
+    """Take the impact with a rigid wall, and with those that interact and that the bodies are at.
 
     By Poisson's law of impacts without friction, as Glocker and Pfeiffer state it (Nonlinear
     Dynamics 7 (1995) 471), for walls that are struck and walls that hold alike. Impulses >= 0 first
@@ -530,19 +591,18 @@ def strike(host, varied, wall, time, drive, y):
     active, size, work, rate = contacts.active, body.size, host.scratch.work, host.grid.rate
     if varied is not None:
         remember(body, walls, contacts, varied, drive, y, work)
+    join(body, walls, contacts, wall, y)
     begin(host, varied, wall, time, y)
-    for is_struck in (True, False):  # those that the bodies leave may be pushed into them
+    for part in (int(STRUCK), int(LEFT)):  # those that the bodies leave may be pushed into them
         for other in range(walls.number):
-            r, s = along(body, walls.links[other], y, 0)
-            r, s, gap = walls.signs[other] * r, walls.signs[other] * s, walls.gaps[other]
-            is_there = abs(r - gap) <= 4.0e-15 * (abs(gap) + abs(r)) and (s > 0.0) == is_struck
-            if is_there and walls.law[other] == IS_RIGID and not is_in_contact(contacts, other):
-                if is_struck:
-                    begin(host, varied, other, time, y)
-                else:
-                    contacts.rows[other] = -1
-                    active[0] += 1
-                    active[active[0]] = other
+            if other == wall or contacts.joins[other] != part:
+                continue
+            if part == STRUCK:
+                begin(host, varied, other, time, y)
+            else:
+                contacts.rows[other] = -1
+                active[0] += 1
+                active[active[0]] = other
     compress(host, drive, y)
     for c in range(active[0]):
         other = active[1 + c]
@@ -573,7 +633,7 @@ def strike(host, varied, wall, time, drive, y):
     if departs:
         hold(body, walls, contacts, size, y)
     if varied is not None:
-        vary_after_impact(body, walls, contacts, varied, drive, y, work)
+        vary_after_impact(body, walls, contacts, varied, wall, drive, y, work)
 
 
 @jit

@@ -13,6 +13,12 @@ wall with a dashpot is touched, or a joint that may pull is released, whose forc
 
 Rigid walls that hold keep dr = ds = 0.
 
+If several rigid walls are struck at one instant, a variation meets each at a time of its own, in
+an order of its own. If they do not interact, their impacts follow one another in any order: each
+has its own saltation matrix, and these commute. Walls that limit the same motion are struck at one
+time by all variations. Otherwise there is no derivative (`depends_on_order`), and the variations,
+the logarithm of their volume and all that follows from them are NaN.
+
 Volumes of variations shrink by exp(t tr A), in contacts besides by the derivatives F_s of the
 forces, and at rigid impacts. The logarithm of what contacts add is summed apart from the
 variations: they must obey it.
@@ -32,14 +38,21 @@ from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, integrate, move, push_link, put_at_theta
 from .host_flight import advance
 from .walls import (
+    APART,
+    INDEPENDENT,
     IS_PULLING,
     IS_RIGID,
     IS_SPRING,
+    LEFT,
+    PARALLEL,
     PLACES,
+    STRUCK,
     apply_impulses,
     at_theta,
+    cosine,
     hold,
     interpolate,
+    is_at,
     push_all,
     q_and_s,
     scratch_of,
@@ -47,6 +60,7 @@ from .walls import (
     steepen,
 )
 
+UNCHANGED = 1.0e-11  # round-off of an acceleration towards a wall, relative to its parts
 # columns of dr and ds of the variation under way, and of w F_z of a rough wall
 VARIED_S, WEIGHED = VARIED + 1, VARIED + 2
 
@@ -232,11 +246,7 @@ def remember(body, walls, contacts, varied, drive, y, work):
 
 @jit
 def vary_at_impact(body, walls, contacts, varied, wall, y):
-    """Carry variations to a rigid wall that is struck, and through the impact to the state y.
-
-    If several walls are struck at once, whose order a variation may change, they are struck at the
-    time of the first.
-    """
+    """Carry variations to a rigid wall that is struck, and through the impact to the state y."""
     N, size, before, link = 2 * body.size, body.size, varied.before, walls.links[wall]
     s = 0.0
     for i in range(size):
@@ -274,10 +284,14 @@ def shrinking_of_impact(walls, contacts):
 
 
 @jit
-def vary_after_impact(body, walls, contacts, varied, drive, y, work):
-    """Carry variations back along the motion after an impact."""
+def vary_after_impact(body, walls, contacts, varied, wall, drive, y, work):
+    """Carry variations back along the motion after an impact, if it has a derivative."""
     N, size = 2 * body.size, body.size
     push_all(body, walls, contacts, drive, y, work)
+    if depends_on_order(body, walls, contacts, varied.before, wall, y, work):
+        varied.shrunk[0] = math.nan
+        for i in range(N * varied.number):
+            varied.rows[i] = math.nan
     for c in range(varied.number):
         late = varied.late[c]
         for i in range(size):
@@ -287,11 +301,62 @@ def vary_after_impact(body, walls, contacts, varied, drive, y, work):
 
 
 @jit
+def depends_on_order(body, walls, contacts, before, wall, y, work):
+    """Return True if the motion depends on the order in which bodies touch walls at an impact.
+
+    Bodies near y touch the walls at times that differ by dt, in an order that depends on dy. The
+    motions after two orders differ
+
+    - by a finite amount if another wall that interacts with `wall` is struck, or receives an
+      impulse though bodies leave it, unless both limit the same motion: the impulses of one change
+      the approach speed of the other. The motion after the impact jumps in dy.
+    - by a multiple of dt if the impact changes the force of a dashpot that is being touched, or by
+      dashpots between the bodies the acceleration towards another wall that is struck: the motion
+      is continuous in dy, with a kink.
+
+    before, y, work: velocities and accelerations (2 size,) before the impact, the state and the
+    accelerations after it.
+    """
+    size = body.size
+    for other in range(walls.number):
+        part, law = contacts.joins[other], walls.law[other]
+        receives = contacts.compressed[other] != 0.0 or contacts.expanded[other] != 0.0
+        if part == STRUCK or (part == LEFT and receives):
+            if abs(cosine(body, walls, wall, other)) <= PARALLEL:
+                return True
+        elif part == APART and is_at(body, walls, other, y):
+            link = walls.links[other]
+            _, s = along(body, link, y, 0)
+            is_struck = law == IS_RIGID and walls.signs[other] * s > 0.0
+            if is_struck and differs(body, link, (work, 0), (before, size), UNCHANGED):
+                return True
+            has_dashpot = law in (IS_SPRING, IS_PULLING) and walls.constants[other].cc > 0.0
+            if has_dashpot and differs(body, link, (y, size), (before, 0), INDEPENDENT):
+                return True
+    return False
+
+
+@jit
+def differs(body, link, one, two, round_off):
+    """Return True if a link's r by two sets of numbers of X, each (array, place), differs.
+
+    round_off: relative to the sum of the sizes of its parts.
+    """
+    (a, i), (b, j), row = one, two, link * body.size
+    total = parts = 0.0
+    for k in range(body.size):
+        w = body.rows[row + k]
+        total += w * (a[i + k] - b[j + k])
+        parts += abs(w) * (abs(a[i + k]) + abs(b[j + k]))
+    return abs(total) > round_off * parts
+
+
+@jit
 def vary_on_hold(body, walls, contacts, varied):
     """Project variations onto the motions that rigid walls in contact leave: momentum is kept."""
     active = contacts.active
     for c in range(active[0]):
         if walls.law[active[1 + c]] == IS_RIGID and contacts.pushes[active[1 + c]] != 0.0:
-            varied.shrunk[0] = -math.inf
+            varied.shrunk[0] -= math.inf
     for at in range(0, 2 * body.size * varied.number, body.size):
         hold(body, walls, contacts, at, varied.rows)

@@ -95,6 +95,7 @@ class Contacts(NamedTuple):
     rebounds: Any  # (walls,) e of walls in an impact that rebound, otherwise 0
     compressed: Any  # (walls,) 1 of rigid walls that bring bodies to rest in an impact
     expanded: Any  # (walls,) 1 of those that bodies would enter by the rebounds of others
+    joins: Any  # (walls,) the part of rigid walls in an impact: APART ...
     presses: Any  # (walls,) 1 of those that the forces press after an impact
     impulses: Any  # (walls,) of rigid walls in an impact [N s], 0 within round-off
     least: Any  # (walls,) rates of depths that are round-off [m/s or m/s^2]
@@ -112,6 +113,14 @@ SCALES = 5
 AT_REST = 1.0e-13  # round-off of r and s of a state that a rigid wall holds, relative to their sums
 FIRM = 0.1  # least rate at which a wall begins to push, in units of that at which one lets go
 MOST_PIVOTS = 10  # of `press` for each wall; a few are usual
+
+# `joins`: walls that take no part in an impact, that held before it, that are struck, that bodies
+# leave, and those of an earlier impact at the same instant
+APART, HELD, STRUCK, LEFT, PASSED = range(5)
+AT_PLACE = 4.0e-15  # round-off of r of bodies that are at a wall, relative to its parts
+# |cosine| of the impulses of two walls up to which neither changes the other's rate, and above
+# which they limit the same motion
+INDEPENDENT, PARALLEL = 1.0e-12, 1.0 - 1.0e-12
 
 
 @jit
@@ -337,6 +346,29 @@ def outward_at(body, walls, wall, accelerations, at):
     for i in range(body.size):
         total += body.rows[row + i] * accelerations[at + i]
     return walls.signs[wall] * total
+
+
+@jit
+def is_at(body, walls, wall, y):
+    """Return True if the bodies of y are at a wall, within round-off."""
+    r, _ = along(body, walls.links[wall], y, 0)
+    return abs(walls.signs[wall] * r - walls.gaps[wall]) <= AT_PLACE * (
+        abs(walls.gaps[wall]) + abs(r)
+    )
+
+
+@jit
+def cosine(body, walls, wall, other):
+    """Return the cosine of the impulses of two walls, in the norm of the kinetic energy.
+
+    It is 0 if an impulse of one leaves the rate of the other's depth as it is.
+    """
+    size, total = body.size, 0.0
+    row, answer = walls.links[wall] * size, walls.links[other] * size
+    for i in range(size):
+        total += body.rows[row + i] * body.answers[answer + i]
+    sign = walls.signs[wall] * walls.signs[other]
+    return sign * total / math.sqrt(walls.inverse[wall] * walls.inverse[other])
 
 
 @jit

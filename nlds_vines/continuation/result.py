@@ -26,7 +26,6 @@ from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.model.scenes import HOST
 from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.section_map import Cycle, SectionMap
 from nlds_vines.orbits.solver_settings import Settings
@@ -483,7 +482,7 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.code("stable", dims, words, STABLE_FLAGS), lambda c: c.unstable == 0
     yield BY_NAME["multipliers"].dataset((*dims, *pair), scene), lambda c: _parts(c.multipliers)
     yield Dataset.real("residual", dims, "1", DEFECT), lambda c: c.defect
-    if scene.kind != HOST:
+    if scene.is_volume_known:
         words = "error of the product of multipliers, relative"
         yield Dataset.real("determinant_error", dims, "1", words), _determinant_error
     yield BY_NAME["E1max"].dataset(dims, scene), None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -138,35 +138,46 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
         )
     with at("[system]"):
         if "kind" not in value:
-            raise RequestError(f"kind is missing; allowed: {', '.join((*SCENES, General.kind))}")
-        kind = choice("kind", value["kind"], (*SCENES, General.kind))
-        if kind == General.kind:
-            return general_from(value, name, needs_force=needs_force)
-        contact, law = _contact(value, "contact", "law", HERTZ.name)
-        second, law_2 = _contact(value, "contact_2", "law_2", "")
-        # a parameter of another kind is refused by `System`, whose message names that parameter
-        scene = SCENES[kind].under(law, law_2)
-        ratios = ratios_in(scene)
-        foreign = {key: v for key, v in value.items() if not (key in PARAMETERS or key in ratios)}
-        table("system", foreign, (*SYSTEM_KEYS, *scene.allowed, *ratios))
-        parameters: dict[str, Any] = {}
-        for place, constants in (
-            ("[system]", {key: v for key, v in value.items() if key not in foreign}),
-            ("[system.parameters]", table("parameters", value.get("parameters", {}))),
-            ("[system.contact]", contact),
-            ("[system.contact_2]", {key + SECOND: v for key, v in second.items()}),
-        ):
-            if twice := sorted(parameters.keys() & constants.keys()):
-                raise RequestError(f"{twice[0]} stands in {place}, and before it")
-            parameters |= constants
-        sources = dict(table("sources", value.get("sources", {})))
-        if not needs_force:
-            for names, usual in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
-                if parameters.keys().isdisjoint(names):
-                    parameters[names[0]], sources[names[0]] = usual, NOT_GIVEN
-        title, assumptions = value.get("title", ""), value.get("assumptions", {})
-        name = value.get("name", name)
-        return Preset(kind, parameters, name, title, sources, assumptions, law, law_2)
+            raise RequestError(f"kind is missing; allowed: {', '.join(_FORMS)}")
+        read = _FORMS[choice("kind", value["kind"], _FORMS)]
+        return read(value, name, needs_force=needs_force)
+
+
+def _preset_from(value: Mapping[str, Any], name: str, *, needs_force: bool) -> Preset:
+    """Return the system of a table [system] of one of the paper's kinds."""
+    kind = value["kind"]
+    contact, law = _contact(value, "contact", "law", HERTZ.name)
+    second, law_2 = _contact(value, "contact_2", "law_2", "")
+    # a parameter of another kind is refused by `System`, whose message names that parameter
+    scene = SCENES[kind].under(law, law_2)
+    ratios = ratios_in(scene)
+    foreign = {key: v for key, v in value.items() if not (key in PARAMETERS or key in ratios)}
+    table("system", foreign, (*SYSTEM_KEYS, *scene.allowed, *ratios))
+    parameters: dict[str, Any] = {}
+    for place, constants in (
+        ("[system]", {key: v for key, v in value.items() if key not in foreign}),
+        ("[system.parameters]", table("parameters", value.get("parameters", {}))),
+        ("[system.contact]", contact),
+        ("[system.contact_2]", {key + SECOND: v for key, v in second.items()}),
+    ):
+        if twice := sorted(parameters.keys() & constants.keys()):
+            raise RequestError(f"{twice[0]} stands in {place}, and before it")
+        parameters |= constants
+    sources = dict(table("sources", value.get("sources", {})))
+    if not needs_force:
+        for names, usual in ((scene.drives, 0.0), (("omega", "f", "omega_ratio"), 1.0)):
+            if parameters.keys().isdisjoint(names):
+                parameters[names[0]], sources[names[0]] = usual, NOT_GIVEN
+    title, assumptions = value.get("title", ""), value.get("assumptions", {})
+    name = value.get("name", name)
+    return Preset(kind, parameters, name, title, sources, assumptions, law, law_2)
+
+
+_FORMS: Mapping[str, Callable[..., System]] = {
+    **dict.fromkeys(SCENES, _preset_from),
+    General.kind: general_from,
+}
+"""What reads the table of a system, by its kind."""
 
 
 def _contact(

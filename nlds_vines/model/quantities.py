@@ -27,7 +27,7 @@ from nlds_vines.kernels.scene.codes import (
     OF_IMPULSES,
     POWERS,
 )
-from nlds_vines.model.scenes import BASES, HOST, Scene
+from nlds_vines.model.scenes import BASES, Scene
 
 STRUCTURE = "structure"  # the forced body; kinds of one mass have another one (`Scene.body`)
 # where a number is drawn by default: on maps, the first recorded one first; as panels of diagrams
@@ -117,11 +117,16 @@ _ORDER = (
 
 
 _walls, _damper = attrgetter("walls"), attrgetter("damper")
+_has_symbols = attrgetter("has_symbols")
 
 
-def _of_kind(scene: Scene) -> bool:
-    """Return True for one structure with one damper or none, False for a host."""
-    return scene.kind != HOST
+def _has_owners(scene: Scene) -> bool:
+    return not scene.has_symbols
+
+
+def _is_compared(scene: Scene) -> bool:
+    """Return True if there is a damper, and the response without it is known."""
+    return scene.is_alone_known and scene.damper
 
 
 def _two_walls(scene: Scene) -> bool:
@@ -162,13 +167,13 @@ def _response(
 ) -> Iterator[Quantity]:
     """Yield a quantity of a kind's response, and its reduction if it is compared."""
     has = options.pop("has", lambda scene: True)
-    options["has"] = lambda scene: _of_kind(scene) and has(scene)
+    options["has"] = lambda scene: _has_symbols(scene) and has(scene)
     yield Quantity(name, unit, words, ("response",), label, buffer="response", **options)
     if options.get("reduced"):
         words = f"reduction by the damper, 1 - {name} / that of the structure alone"
         yield Quantity(
             f"{name}_reduction", "1", words, ("response",), f"reduction, {label}",
-            has=lambda scene: _of_kind(scene) and scene.damper and has(scene),
+            has=lambda scene: _is_compared(scene) and has(scene),
         )  # fmt: skip
 
 
@@ -214,13 +219,13 @@ QUANTITIES = (
         buffer="energy", of=lambda energy: energy[..., 1:], drawn=(MAPS, CURVES),
     ),
     Quantity(
-        "reduction", "1", _HARMS, ("energy",), has=lambda scene: _of_kind(scene) and scene.damper,
+        "reduction", "1", _HARMS, ("energy",), has=_is_compared,
         drawn=(MAPS,), scale=SIGNED,
     ),
     *(
         Quantity(
             name, unit, f"{words} of each displacement that is recorded", ("response",), words,
-            has=lambda scene: not _of_kind(scene), dims=("displacement",), buffer="response",
+            has=_has_owners, dims=("displacement",), buffer="response",
             column=column, drawn=(MAPS, CURVES) * (name != "x_rms"),
         )
         for column, (name, unit, words) in enumerate((
@@ -232,7 +237,7 @@ QUANTITIES = (
     *(
         Quantity(
             name, "m", f"{words}, that of the ground included", ("response",), words,
-            has=lambda scene: not _of_kind(scene) and bool(scene.shaken), dims=("displacement",),
+            has=lambda scene: _has_owners(scene) and bool(scene.shaken), dims=("displacement",),
             buffer="response", column=column, drawn=(MAPS, CURVES) * (name != "x_abs_rms"),
         )
         for column, name, words in (

@@ -83,6 +83,10 @@ class Scene:
     methods: tuple[str, ...] = ("exact", "rk4")  # of integration
     fineness: tuple[str, ...] = ("tolerance", "nodes", "contact_steps", "period_steps")
     cost: int = 1  # of a forcing period, in those of one structure with one damper
+    # whether numbers of its response have symbols, x1_max; otherwise owners, roof.x_max
+    has_symbols: bool = True
+    is_alone_known: bool = True  # whether the structure alone has a response in closed form
+    is_volume_known: bool = True  # whether ln |det M| follows from the divergence alone
 
     def __post_init__(self) -> None:
         if max(map(len, self.struck.values())) > LONGEST_NAME:
@@ -351,6 +355,9 @@ class HostScene(Scene):
     methods: tuple[str, ...] = ("exact",)
     fineness: tuple[str, ...] = ("tolerance",)
     cost: int = 16
+    has_symbols: bool = False
+    is_alone_known: bool = False
+    is_volume_known: bool = False
 
     @property
     def allowed(self) -> tuple[str, ...]:

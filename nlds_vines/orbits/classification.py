@@ -63,8 +63,9 @@ class Regime(Outlined):
         n of an nT orbit; 0 if it is not periodic.
     impacts : int
         Impacts per nT; -1 without a period.
-    impacts_by_wall : (int, int) or mapping
-        The same at the near and at the far wall; of a host by (damper, side of the wall).
+    impacts_by_wall : mapping of str to int
+        The same at each wall, by the body that it belongs to, "obstacle" or "structure"; of a host
+        by damper and side, "cell+".
     impact_rate : float
         Impacts per forcing period, in the sampled ones.
     multipliers : (4,) complex ndarray
@@ -108,7 +109,7 @@ class Regime(Outlined):
     kind: str
     period: int
     impacts: int
-    impacts_by_wall: tuple[int, int] | Mapping[tuple[str, str], int]
+    impacts_by_wall: Mapping[str, int]
     impact_rate: float
     multipliers: np.ndarray | None
     lyapunov: float

@@ -135,8 +135,8 @@ class Engine(Protocol):
     def amplitudes(self, cell: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return the amplitudes (components,) of states (n, ...) of the kernels in a cell (1,)."""
 
-    def counts(self, by_wall: Sequence[int]) -> Any:
-        """Return the impacts of an orbit by wall as `Regime.impacts_by_wall` has them."""
+    def counts(self, by_wall: Sequence[int]) -> dict[str, int]:
+        """Return the impacts of an orbit at each wall, by `Scene.wall_words`."""
 
     def energies(self, row: np.ndarray) -> tuple[float, Any]:
         """Return the largest energies E1 and E2 [J] of a row of the buffer of energies."""

@@ -140,8 +140,8 @@ class HostEngine:
         lengths = np.maximum(lengths, floor)
         return (lengths[:, np.newaxis] * np.array([1.0, omega])).ravel()
 
-    def counts(self, by_wall: Sequence[int]) -> dict[tuple[str, str], int]:
-        return dict(zip(self.system.scene.of_walls, by_wall, strict=True))
+    def counts(self, by_wall: Sequence[int]) -> dict[str, int]:
+        return dict(zip(self.system.scene.wall_words, by_wall, strict=True))
 
     def energies(self, row: np.ndarray) -> tuple[float, np.ndarray]:
         return float(row[0]), row[1 : 1 + len(self.system.dampers)].copy()

@@ -122,8 +122,9 @@ class KindEngine:
         lengths = np.maximum(lengths, floor)
         return (lengths[:, np.newaxis] * np.array([1.0, omega])).ravel()[:size]
 
-    def counts(self, by_wall: Sequence[int]) -> tuple[int, ...]:
-        return tuple(by_wall)
+    def counts(self, by_wall: Sequence[int]) -> dict[str, int]:
+        pairs = zip(self._scene.counted, by_wall, strict=True)
+        return {self._scene.struck[wall]: k for wall, k in pairs if wall in self._scene.walls}
 
     def energies(self, row: np.ndarray) -> tuple[float, float]:
         E1, E2 = row.tolist()

@@ -123,9 +123,8 @@ def test_impacts_of_a_verdict_are_told_by_wall():
         assert set(orbit.impacts["wall"]) == {wall}
         regime = nv.classify(system, transient=150, periods=30, effort="quick")
         assert regime.period > 0
-        assert [count > 0 for count in regime.impacts_by_wall] == [
-            wall == "structure", wall == "obstacle"
-        ]  # fmt: skip
+        struck = [word for word, count in regime.impacts_by_wall.items() if count > 0]
+        assert struck == [wall]
     # the count of a window and that of the periodic orbit are two ways to one number
     for omega, n, k in ((6.28, 1, 1), (7.45, 3, 2)):
         want, sampling = ["impacts", "regime"], {"transient": 300, "periods": 30, "effort": "quick"}

@@ -210,7 +210,7 @@ class ArchiveView(Outlined):
     def axes(self) -> tuple[str, ...]:
         """The dimensions of `status` but the last, which is `start` in scans and response curves.
 
-        They are the varied parameters, `sample`, or `case` and the parameter.
+        They are the varied parameters, `sample`, or `system` and the parameter.
         """
         return self.dims("status")[:-1]
 

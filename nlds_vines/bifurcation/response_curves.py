@@ -2,7 +2,7 @@
 
 As a command: `nlds-vines response-curves`; in Python: `nv.response_curves(["tmd", "own.toml"])`.
 
-The datasets of the archive are those of scans with a dimension `case`.  A request file is a scan
+The datasets of the archive are those of scans with a dimension `system`.  A request file is a scan
 file with a table `[[curves]]` for each case.  With `[[panels]]` every case is drawn in every panel,
 or in the panel that it names. A case or its panel, not both, may name the system; both may set
 parameters, but not the same one.
@@ -77,7 +77,7 @@ from nlds_vines.plotting.style import HUES
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
-CASE, WALL, PLACE, DAMPER = "case", "wall", "displacement", "damper"  # dimensions
+SYSTEM, WALL, PLACE, DAMPER = "system", "wall", "displacement", "damper"  # dimensions
 DAMPERS = ("ssul-set6", "ssbl", "tmd")  # compared by default: those of the paper's Table 2
 SAMPLING = {"transient": 600, "periods": 240}  # forcing periods: many, for irregular regimes
 CURVE_STARTS = ("rest", "up", "down", "both")  # `both` gives two curves, shaded where they differ
@@ -326,7 +326,7 @@ class CurveRequest(Request):
             for name, entry in numbers_of_orbits(scan).items():
                 if DAMPER in entry.tail and name in of_kinds:
                     continue
-                dims, former = (CASE, *entry.dims), datasets.get(name)
+                dims, former = (SYSTEM, *entry.dims), datasets.get(name)
                 if former is None or len(dims) > len(former.dims):
                     datasets[name] = replace(entry, dims=dims)
         return Table(datasets, {scale.name: scale.values.size for scale in self.scales()})
@@ -357,7 +357,7 @@ class CurveRequest(Request):
         starts = np.array(self.scans[0].start.names, dtype=np.str_)
         dampers = [Scale(DAMPER, np.array(self.dampers), "1", "name of the damper")]
         return [
-            Scale(CASE, np.array(self.names), "1", "damper, or the structure alone"),
+            Scale(SYSTEM, np.array(self.names), "1", "damper, or the structure alone"),
             DESCRIBED[self.axis].scale(self.values),
             Scale("start", starts, "1", "start of the orbit"),
             Scale(WALL, np.array(["near", "far"]), "1", "wall that is struck"),
@@ -368,14 +368,14 @@ class CurveRequest(Request):
     def inputs(self) -> Iterator[tuple[Dataset, np.ndarray]]:
         systems = [scan.system for scan in self.scans]
         names, kinds = [one.name for one in systems], [one.kind for one in systems]
-        yield Dataset.text("system", (CASE,), "name of the system"), np.array(names, object)
-        yield Dataset.text("kind", (CASE,), "kind of damper"), np.array(kinds, object)
+        yield Dataset.text("system_name", (SYSTEM,), "name of the system"), np.array(names, object)
+        yield Dataset.text("kind", (SYSTEM,), "kind of damper"), np.array(kinds, object)
         for name in dict.fromkeys(
             [*PARAMETERS, *(key for one in systems for key in one.parameters)]
         ):
             values = np.array([one.parameters.get(name, np.nan) for one in systems])
             if name != self.axis and not np.isnan(values).all():
-                yield DESCRIBED[name].dataset((CASE,)), values
+                yield DESCRIBED[name].dataset((SYSTEM,)), values
 
     @cached_property
     def hash(self) -> str:
@@ -663,7 +663,7 @@ def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
 def curves_of(view: ArchiveView) -> ResponseCurves:
     """Return the response curves in an open archive; `RequestError` for another archive."""
     request = view.request(RESPONSE_CURVES, load_curves)
-    dims = ("case", request.axis, "start")
+    dims = (SYSTEM, request.axis, "start")
     curves = []
     for i, (name, case) in enumerate(zip(request.names, request.cases, strict=True)):
         numbers: dict[str, np.ndarray] = {}

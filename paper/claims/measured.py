@@ -190,7 +190,7 @@ def _load(path: Path, request: FigureRequest, scan: Scan) -> Data:
     """Return the data of a scan in an archive: what has one value for each orbit, or wall."""
     axes = {axis.name: axis.values for axis in scan.axes}
     is_scan = isinstance(request.computed, Scan)
-    cells = (*axes, "start") if is_scan else ("case", *axes, "start")
+    cells = (*axes, "start") if is_scan else ("system", *axes, "start")
     case = () if is_scan else (list(request.scans.values()).index(scan),)
     with read(path) as view:
         whole = [name for name in view.names if view.dims(name) in (cells, (*cells, "wall"))]

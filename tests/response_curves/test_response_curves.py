@@ -79,8 +79,8 @@ def test_dampers_are_compared_with_the_structure_alone(here, error_of):
     assert "case = 'x' is not there; allowed: without damper" in error_of(archive.__getitem__, "x")
     assert "'y' is not recorded along curves; allowed: E1max" in error_of(tmd.__getitem__, "y")
     data = archive.to_xarray()
-    assert data["E1max"].dims == ("case", "omega", "start")
-    assert data["case"].values.tolist() == names
+    assert data["E1max"].dims == ("system", "omega", "start")
+    assert data["system"].values.tolist() == names
     upper, lower = archive.plot().axes  # the reduction stands below
     assert lower.get_ylabel() == "reduction [%]"
     zero, curve, *_ = lower.get_lines()
@@ -116,7 +116,7 @@ def test_curves_show_any_number_of_the_response(beside_a_scan):
     ssbl, tmd = archive["SSbl NES"].numbers, archive["Tuned mass damper"].numbers
     with nv.read("a.h5") as page:
         assert page["P"].tolist() == [1200.0] * 3
-        assert page["system"].tolist() == ["none", "ssbl", "tmd"]
+        assert page["system_name"].tolist() == ["none", "ssbl", "tmd"]
         assert np.isnan(page["C"][[0, 2]]).all()
         assert (page["status"] == OK).all()
     for name in (*shown[:3], "E1max", "E2max", "reduction", "impact_count"):

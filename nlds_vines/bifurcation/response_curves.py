@@ -386,8 +386,11 @@ class CurveRequest(Request):
 
     def document(self) -> dict[str, Any]:
         """Return the complete request file, which gives this request again, as nested tables."""
-        most = max((case.scan for case in self.cases), key=lambda scan: len(scan.want))
-        scan = most.document()  # records that a system cannot give are left out when this is read
+        # records and displacements that a system lacks are left out when this is read
+        most = max(self.scans, key=lambda scan: (bool(scan.of), len(scan.want)))
+        scan = most.document()
+        words = dict.fromkeys(word for one in (most, *self.scans) for word in one.want)
+        scan["record"]["want"] = list(words)
         return {
             "title": self.title,
             **{key: scan[key] for key in ("vary", "start", "sampling", "record")},
@@ -472,6 +475,8 @@ def load_curves(
     shared["record"] = {**shared.get("record", {}), "want": want}
     panels, rows = document.rows("panels") or [Panel()], document.rows("curves")
     cases: list[Case] = []
+    # of displacements that a system lacks: whether it is a kind, its place, and the error
+    refusals: list[tuple[bool, int, RequestError]] = []
     with at(document.origin("curves")):
         for number, panel in enumerate(panels, start=1):
             hashes: set[str] = set()
@@ -489,7 +494,10 @@ def load_curves(
                     systems = (panel.system, row.system, shared.get("system"))
                     system = next((one for one in systems if one is not None), None)
                     settings = {**shared.get("set", {}), **of_panel, **of_case}
-                    scan = load_scan({**shared, "system": system, "set": settings})
+                    scan, refusal = _scan_of({**shared, "system": system, "set": settings})
+                    if refusal is not None:
+                        is_kind = "response" in scan.want
+                        refusals.append((is_kind, place, refusal))
                     if len(scan.axes) != 1:
                         raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
                     case = replace(row, panel=number, settings=of_case, scan=scan, system=None)
@@ -499,6 +507,10 @@ def load_curves(
                 cases.append(case)
             if not hashes:
                 raise RequestError(f"[[panels]] {number} has no curve")
+        if refusals and not any(case.scan.of for case in cases):
+            _, place, refusal = min(refusals, key=lambda one: one[:2])  # that of a host first
+            with at(f"[[curves]] {place}"):
+                raise refusal
     usual = "response curves" if document.left is None else Path(document.layers[0][0]).stem
     return document.make(
         CurveRequest,
@@ -508,6 +520,24 @@ def load_curves(
         panels=tuple(replace(panel, system=None) for panel in panels),
         **look,
     )
+
+
+def _scan_of(given: Document) -> tuple[Scan, RequestError | None]:
+    """Return the scan of a case, and the refusal if its system lacks the displacements of `of`.
+
+    A host then records no response, as the structure alone does; a kind has its own response.
+    """
+    try:
+        return load_scan(given), None
+    except RequestError as refusal:
+        if "of" not in given["record"]:
+            raise
+        record = {key: value for key, value in given["record"].items() if key != "of"}
+        scan = load_scan({**given, "record": record})
+        if scan.of:
+            want = tuple(word for word in scan.want if word != "response")
+            scan = replace(scan, want=want, of=())
+        return scan, refusal
 
 
 def _has(system: System, displacements: Sequence[str]) -> bool:
@@ -522,9 +552,9 @@ def _has(system: System, displacements: Sequence[str]) -> bool:
 def with_structure_alone(request: CurveRequest) -> CurveRequest:
     """Return a request of one panel with each structure alone before the dampers."""
     there, alone = {case.scan.hash for case in request.cases}, dict[str, Scan]()
-    for scan in (case.scan for case in request.cases):
+    for scan in (case.scan for case in request.cases if case.scan.system.scene.damper):
         bare = scan.system.alone()
-        if scan.system.scene.damper and request.axis in bare.scene.allowed:
+        if request.axis in bare.scene.allowed:
             of = scan.of if _has(bare, scan.of) else ()
             has = ("energy", "response") if of == scan.of else ("energy",)
             want = tuple(word for word in has if word in scan.want)

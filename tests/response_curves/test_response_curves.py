@@ -463,6 +463,53 @@ def test_impulses_at_rigid_walls_are_those_of_each_damper(tmp_path):
     assert np.isnan(both["E2max"]).all()
 
 
+@pytest.mark.kernels
+def test_curves_of_kinds_beside_hosts_have_their_own_responses(tmp_path, error_of):
+    """The archive gives its request again; a curve lacks what its system has not."""
+    frame = nv.shear_frame([1e4] * 2, [8e6] * 2, ratio=0.02)
+    cell = nv.Damper("a", "roof", m=300.0, k=2e4, c=150.0, walls=[nv.Wall(0.01, K=3e6)])
+    ball = nv.Damper("b", "roof", m=200.0, k=1e4, walls=[nv.Wall(0.01, law="restitution", e=0.5)])
+    drive = {"force": {"roof": 1500.0}, "omega": 12.0}
+    one, two = (nv.System.from_host(frame, it, **drive) for it in ([cell], [cell, ball]))
+    kind, oscillator = "ssul-set6", nv.load_system("impact-oscillator")
+    tables = {
+        "vary": {"omega": {"values": [6.0, 7.0]}},
+        "sampling": {"transient": 20, "periods": 10},
+        "quiet": True,
+    }
+    roof = nv.simulate(
+        one.with_(omega=7.0), 10, transient=20, record=["response"], of=["roof"], quiet=True
+    )
+    for number, (systems, asked) in enumerate([
+        ([kind, one], {"record": {"want": ["energy", "response"]}}),
+        ([kind, one], {"record": {"want": ["energy", "response"], "of": ["roof"]}}),
+        ([one, kind, oscillator], {"figure": {"show": ["roof.x_max", "x1_max"]}}),
+        ([kind, two], {"figure": {"show": ["roof.x_max", "b.impulse_max"]}}),
+        ([kind, two], {"figure": {"show": ["a-b.x_max"]}}),  # of no structure alone
+    ]):  # fmt: skip
+        path = tmp_path / f"{number}.h5"
+        made = nv.response_curves(systems, to=path, **asked, **tables)
+        read = nv.open_archive(path)
+        assert read.request.document() == made.request.document()
+        assert read.request.hash == made.request.hash
+        for before, after in zip(made.curves, read.curves, strict=True):
+            assert before.name == after.name
+            assert before.numbers.keys() == after.numbers.keys()
+            for name, values in before.numbers.items():
+                np.testing.assert_array_equal(after.numbers[name], values)
+        by_name = {curve.case.scan.system.kind: curve for curve in read.curves}
+        assert np.isnan(by_name["host"]["x1_max"]).all()
+        assert np.isfinite(by_name["ssul"]["x1_max"]).all()
+        if one in systems:
+            assert by_name["host"]["roof.x_max"][1] == roof.response["roof.x_max"]
+            assert np.isnan(by_name["ssul"]["roof.x_max"]).all()
+    record = {"want": ["energy", "response"], "of": ["attic"]}
+    text = error_of(nv.response_curves, [kind, one], record=record, **tables)
+    assert "[[curves]] 2" in text
+    assert "unknown displacement 'attic'; allowed: floor1, roof, a" in text
+    assert "names no displacements" in error_of(nv.response_curves, kind, record=record, **tables)
+
+
 def test_displacements_of_hosts_are_named_or_refused(error_of):
     frame = nv.shear_frame([1e4] * 2, [8e6] * 2)
     cell, other = (nv.Damper("a", place, m=300.0, k=5e4) for place in frame.dofs)

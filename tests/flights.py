@@ -17,8 +17,8 @@ from nlds_vines.kernels.orbit.variations import flow_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, damper_of, structure_under
 from nlds_vines.orbits import responses
-from nlds_vines.orbits.batch import parts_of
-from nlds_vines.orbits.kind_engine import impacts_of, room_for_impacts, start_state
+from nlds_vines.orbits.batch import parts_of, room_for_impacts, start_state
+from nlds_vines.orbits.kind_engine import impacts_of
 from nlds_vines.orbits.records import Violation
 from nlds_vines.orbits.solver_settings import chosen_settings
 

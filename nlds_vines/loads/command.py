@@ -54,7 +54,7 @@ def response_history(
     quiet: bool = False,
     **tables: Any,
 ) -> ResponseHistories | LoadScan:
-    """Compute the response of a structure or a host to a load, with each damper.
+    """Compute the responses of systems to a load.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def response_history(
     Returns
     -------
     ResponseHistories or LoadScan
-        Histories and quantities with each damper; with `vary` the quantities over its axes.
+        Histories and quantities of each system; with `vary` the quantities over its axes.
 
     Raises
     ------
@@ -133,7 +133,7 @@ class Job(commands.Job):
             varied = [f"sampled:  {line}" for line in request.sampled.ranges()]
         return [
             request.title,
-            *(f"damper:   {system.in_words()}" for system in request.systems),
+            *(f"system:   {system.in_words()}" for system in request.systems),
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
             *varied,
@@ -178,9 +178,9 @@ def _systems(names: list[str]) -> dict[str, Any]:
 
 
 SYSTEMS = Option(
-    "--system", "NAME", "a damper: of the catalog, or a TOML file; once for each", _systems, True
+    "--system", "NAME", "a system: of the catalog, or a TOML file; once for each", _systems, True
 )
-SOURCE = "a request file, or a damper [the paper's structure alone and with its dampers]"
+SOURCE = "a request file, or a system [the paper's structure alone and with its dampers]"
 main = commands.of_task(
     _NAME,
     load_response_history,

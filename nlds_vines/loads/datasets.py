@@ -1,108 +1,155 @@
-"""The datasets of response histories: quantities, histories, and the impacts of hosts."""
+"""The datasets of response histories: quantities, histories, and impacts, of all systems."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from contextlib import suppress
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.errors import RequestError
+from nlds_vines.kernels.scene.codes import NOT_COMPUTED
 from nlds_vines.loads.request import HistoryRequest, axis_words
 from nlds_vines.model.axis import SAMPLE, sample_scale
-from nlds_vines.model.quantities import OF_HOSTS, OF_LOADS, WAYS, Quantity
+from nlds_vines.model.quantities import HISTORIES, OF_LOADS, TOUCH_COLUMNS, Quantity
+from nlds_vines.model.system import System
 from nlds_vines.orbits.records import STATUS_FLAGS
 from nlds_vines.runs.store import Arrays
 
-# the dimensions of each history before the time, its unit and its meaning
-HISTORIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
-    "E1": ((), "J", "energy of the structure, its velocity relative to the ground"),
-    "E2": ((), "J", "energy of the damper, its velocity relative to the ground"),
-    "x1": ((), "m", "displacement of the structure, relative to the ground"),
-    "x2": ((), "m", "displacement of the damper, relative to the ground"),
-    "work": ((), "J", "energy that came in so far, by the start and by the load"),
-    **{
-        f"dissipated_{k}": ((), "J", f"energy dissipated by {words} so far")
-        for k, words in WAYS.items()
-    },
-}
-HOST_HISTORIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
-    "E1": ((), "J", "energy of the host, its velocity relative to the ground"),
-    "E2": (("damper",), "J", "energy of the damper's mass, its velocity relative to the ground"),
-    "x": (("displacement",), "m", "displacement, relative to the ground"),
-    "a": (("displacement",), "m/s^2", "absolute acceleration"),
-    "stroke": (("damper",), "m", "displacement along the spring, positive toward its wall +"),
-}
-IMPACT_COLUMNS = {
-    "touch": ("s", "time of a touch"),
-    "release": ("s", "time of the release"),
-    "speed": ("m/s", "approach speed"),
-    "force": ("N", "largest contact force, infinite at rigid walls"),
-    "depth": ("m", "largest depth"),
-    "impulse": ("N s", "largest impulse of a rigid wall, 0 of other walls"),
-    "damper": ("1", "number of the damper, from 0"),
-    "wall": ("1", "side of its wall, 1 or -1"),
-}
-
-
-def quantities_of(request: HistoryRequest) -> tuple[Quantity, ...]:
-    return OF_HOSTS if request.has_hosts else OF_LOADS
-
 
 def owners_of(request: HistoryRequest) -> dict[str, tuple[str, ...]]:
-    """Return the displacements, by default where dampers hang, and the dampers of hosts."""
-    if not request.has_hosts:
-        return {}
-    dampers = [damper for system in request.systems for damper in system.dampers]
-    rows = request.of or [one.places[0] for one in dampers] or request.systems[0].host.dofs
-    names = {"displacement": rows, "damper": [one.name for one in dampers]}
+    """Return the displacements and the dampers that quantities are named after, of all systems.
+
+    By default displacements are those where dampers hang.  There are no dampers if each system has
+    one at most and calls its quantities by symbols.
+    """
+    systems = request.systems
+    rows = request.of
+    if not rows:
+        rows = tuple(row for one in systems if one.owning_dampers for row in one.displacements())
+    if not rows:
+        rows = next((one.displacements() for one in systems if one.displacements()), ())
+    dampers: tuple[str, ...] = ()
+    if any(one.owning_dampers for one in systems):
+        dampers = tuple(name for one in systems for name in one.damper_names)
+    names = {"displacement": rows, "damper": dampers}
     return {dim: tuple(dict.fromkeys(each)) for dim, each in names.items()}
 
 
+def owners_in(system: System, request: HistoryRequest) -> dict[str, tuple[str, ...]]:
+    """Return the displacements of a request that a system has, and all dampers of the system."""
+    rows: list[str] = []
+    for name in owners_of(request)["displacement"]:
+        with suppress(RequestError):
+            rows += system.displacements([name])
+    return {"displacement": tuple(rows), "damper": system.damper_names}
+
+
+def named_owners(request: HistoryRequest) -> dict[str, tuple[str, ...]]:
+    """Return the displacements and the dampers by whose names quantities are called."""
+    dampers = (name for system in request.systems for name in system.owning_dampers)
+    return {**owners_of(request), "damper": tuple(dict.fromkeys(dampers))}
+
+
 def names_of_numbers(request: HistoryRequest) -> dict[str, tuple[str, int | None]]:
-    """Return the datasets and the places in them of all quantities, roof.x_max ..., by name."""
-    names: dict[str, tuple[str, int | None]] = {}
+    """Return the datasets of all quantities by name, roof.x_max or x1_max, and the columns in them.
+
+    The column is None in a dataset without owners.  The only damper of a system that calls its
+    quantities by symbols, E2max, has a column beside the dampers of other systems.
+    """
     owners = owners_of(request)
-    for entry in quantities_of(request):
-        if not entry.dims:
+    named = named_owners(request)
+    with_symbols = [system for system in request.systems if system.scene.has_symbols]
+    by_symbol = {name for system in with_symbols for name in system.damper_names}
+    names: dict[str, tuple[str, int | None]] = {}
+    for entry in OF_LOADS:
+        if not any(entry.has(system.scene) for system in request.systems):
+            continue
+        if not entry.dims or (with_symbols and entry.dims == ("damper",) and not owners["damper"]):
             names[entry.name] = entry.name, None
-        for place, owner in enumerate(owners[entry.dims[0]] if entry.dims else ()):
-            names[f"{owner}.{entry.name}"] = entry.name, place
+            continue
+        (dim,) = entry.dims
+        for column, owner in enumerate(owners[dim]):
+            if dim == "damper" and owner in by_symbol:
+                names[entry.name] = entry.name, column
+            if owner in named[dim]:
+                names[f"{owner}.{entry.name}"] = entry.name, column
     return names
+
+
+def in_columns(request: HistoryRequest, system: System, arrays: Arrays) -> dict[str, np.ndarray]:
+    """Return the datasets of orbits of a system with a column for each owner of the request.
+
+    Those of displacements and dampers that the system does not have are filled.
+    """
+    columns = dict(arrays)
+    owners = owners_of(request)
+    own = owners_in(system, request)
+    places = {dim: [owners[dim].index(name) for name in own[dim] if owners[dim]] for dim in owners}
+    for entry in (*OF_LOADS, *HISTORIES.values()):
+        if not entry.dims or entry.name not in arrays:
+            continue
+        (dim,) = entry.dims
+        values = arrays[entry.name]
+        if not owners[dim]:
+            columns[entry.name] = values[:, 0]  # of the only damper
+        elif owners[dim] != own[dim]:
+            shape = (len(values), len(owners[dim]), *values.shape[2:])
+            filled = np.full(shape, entry.fill, values.dtype)
+            filled[:, places[dim]] = values
+            columns[entry.name] = filled
+    if "touches" in arrays and len(arrays["touches"]):
+        touches = arrays["touches"].copy()
+        damper = [*TOUCH_COLUMNS].index("damper")
+        touches[:, damper] = np.array(places["damper"])[touches[:, damper].astype(int)]
+        columns["touches"] = touches
+    return columns
 
 
 def contents(
     request: HistoryRequest, arrays: Arrays
 ) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
-    """Return the dimensions of an archive, and its datasets with the values in `arrays`."""
+    """Return the dimensions of an archive, and its datasets with the values in `arrays`.
+
+    A dataset that no system of the request has is not among the arrays.
+    """
     names = np.array([system.name for system in request.systems], dtype=object)
-    first = "system" if request.has_hosts else "damper"
-    scales = [Scale(first, names, "1", first), Scale("time", request.times, "s", "time")]
+    scales = [Scale("system", names, "1", "system"), Scale("time", request.times, "s", "time")]
     if request.sampled is None:
         scales += [
             Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
         ]
     else:
         scales.append(sample_scale(request.sampled.count))
-    for dim, owners in owners_of(request).items():
-        scales.append(Scale(dim, np.array(owners, dtype=object), "1", dim))
-    dims = (first, *(axis.name for axis in request.vary))
-    table = {entry.name: (entry.dims, entry.unit, entry.words) for entry in quantities_of(request)}
-    if not request.vary:
-        histories = HOST_HISTORIES if request.has_hosts else HISTORIES
-        table |= {name: ((*own, "time"), unit, of) for name, (own, unit, of) in histories.items()}
-    shape, datasets = (len(request.systems), *request.shape), []
-    for name, (own, unit, words) in table.items():
-        if not np.isnan(arrays[name]).all():
-            values = arrays[name].reshape(*shape, *arrays[name].shape[1:])
-            datasets.append((Dataset.real(name, (*dims, *own), unit, words), values))
+    owners = {dim: names for dim, names in owners_of(request).items() if names}
+    for dim, each in owners.items():
+        scales.append(Scale(dim, np.array(each, dtype=object), "1", dim))
+    dims = ("system", *(axis.name for axis in request.vary))
+    shape = (len(request.systems), *request.shape)
+    datasets = []
+
+    def add(entry: Quantity, *tail: str) -> None:
+        own = tuple(dim for dim in entry.dims if dim in owners)
+        named = Dataset(
+            entry.name, (*dims, *own, *tail), entry.dtype, entry.unit, entry.words, entry.fill
+        )
+        values = arrays[entry.name]
+        datasets.append((named, values.reshape(*shape, *values.shape[1:])))
+
+    for entry in OF_LOADS:
+        if entry.name in arrays:
+            add(entry)
+    for entry in HISTORIES.values():
+        if entry.name in arrays:
+            add(entry, "time")
     if (touches := arrays.get("touches")) is not None and len(touches):
-        scales.append(Scale.counted("impact", len(touches), "impact, of all systems", 1))
-        columns = {"system": ("1", "number of the system, from 0"), **IMPACT_COLUMNS}
+        scales.append(Scale.counted("contact", len(touches), "impact, of all systems", 1))
+        columns = {"system": ("1", "number of the system, from 0"), **TOUCH_COLUMNS}
         datasets += [
-            (Dataset.real(f"impact_{name}", ("impact",), *column), values)
+            (Dataset.real(f"impact_{name}", ("contact",), *column), values)
             for (name, column), values in zip(columns.items(), touches.T, strict=True)
         ]
-    status = Dataset.code("status", dims, "how an orbit ended", STATUS_FLAGS)
+    status = Dataset("status", dims, "int8", "1", "how an orbit ended", NOT_COMPUTED, STATUS_FLAGS)
     datasets.append((status, arrays["status"].reshape(shape)))
     for name, values in request.columns.items() if request.sampled else ():
         datasets.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))

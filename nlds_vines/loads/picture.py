@@ -1,6 +1,6 @@
 """Pictures of response histories (energy, motion, dissipation, sweeps) and of scans of loads.
 
-A scan is drawn as curves over one axis, one for each damper, or as one map for each damper.
+A scan is drawn as curves over one axis, one for each system, or as one map for each system.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from matplotlib.ticker import PercentFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.errors import RequestError
-from nlds_vines.loads.datasets import HOST_HISTORIES, names_of_numbers, owners_of
+from nlds_vines.loads.datasets import named_owners, names_of_numbers
 from nlds_vines.loads.request import (
     HistoryRequest,
     axis_words,
@@ -31,15 +31,15 @@ from nlds_vines.loads.request import (
 from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
     LoadScan,
+    Peak,
     ResponseHistories,
-    closed_form,
+    ResponseHistory,
     histories_in,
     shares_of,
 )
-from nlds_vines.model.linear_response import amplitudes, harmonic_energy
 from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.model.quantities import ERROR, SHARES, WAYS, of_load
+from nlds_vines.model.quantities import ERROR, HISTORIES, SHARES, WAYS, of_load
 from nlds_vines.model.system import System
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
@@ -71,6 +71,7 @@ from nlds_vines.plotting.style import (
 
 _PANEL, _BARS = 4.8 * CM, 0.75 * CM  # inches, heights of a panel and of the bar of a damper
 _MAP = 5.0 * CM  # inches
+_GROUP = 0.8  # share of bars in the length of a group of them and the gap behind it
 _NAME = 18  # characters of a line of a name beside a bar
 _MOST_BINS = 60
 _LINES = ("solid", "dashed", "dashdot", "dotted")
@@ -95,24 +96,19 @@ def panels(view: ArchiveView) -> Mapping[str, str]:
                 for column in request.columns:
                     meanings[f"{name}:{column}"] = f"{words}, against {column}"
         return meanings
-    if request.has_hosts:
-        return {
-            "energy": "energy of the host over time",
-            **{
-                f"{owner}.{name}": f"{words} of {owner} over time"
-                for name, (dims, _, words) in HOST_HISTORIES.items()
-                for owner in (owners_of(request)[dims[0]] if dims else ())
-            },
-            "peaks": "largest responses, in their units and beside the host alone",
+    meanings = {"energy": "energy of the structure over time"}
+    if "x1" in view:
+        meanings |= {
+            "motion": "displacement of the structure over time",
+            "damper": "share of the energy that damper and contacts have dissipated, over time",
+            "shares": "where the energy went",
         }
-    meanings = {
-        "energy": "energy of the structure over time",
-        "motion": "displacement of the structure over time",
-        "damper": "share of the energy that damper and contacts have dissipated, over time",
-        "shares": "where the energy went",
-        "peaks": "largest responses, in their units and beside the structure alone",
-    }
-    if request.load.sweep:
+    for entry in HISTORIES.values():
+        if entry.dims and entry.name in view:
+            for owner in named_owners(request)[entry.dims[0]]:
+                meanings[f"{owner}.{entry.name}"] = f"{entry.label} of {owner} over time"
+    meanings["peaks"] = "largest responses, in their units and beside the structure alone"
+    if request.load.sweep and "x1" in view:
         meanings["sweep"] = "displacement over the frequency of a sweep"
         meanings[SWEEP_ENERGY] = "energy of the structure over the frequency of a sweep"
     return meanings
@@ -123,14 +119,19 @@ def usual(view: ArchiveView) -> list[str]:
     names, results = [*panels(view)], _drawable(view)
     request = results.request
     if isinstance(results, LoadScan):
-        finite = {name: v[np.isfinite(v)] for name, v in results.numbers.items()}
+        finite = {name: _present(results, name) for name in results.numbers}
         quantities = [name for name in names if ":" not in name]
         changing = (n for n in quantities if finite[n].size and np.ptp(finite[n]) > 0.0)
         name = next(changing, names[0])
         return [name] if request.sampled is None else [f"{name}:{EXCEEDANCE}", name]
-    if request.has_hosts:
-        return [next(name for name in names if name.endswith(".x")), "energy"]
-    return ["sweep"] if "sweep" in names else ["energy", "shares"]
+    if "sweep" in names:
+        return ["sweep"]
+    displacement = [name for name in names if name.endswith(".x")][:1]
+    if "motion" not in names:
+        return [*displacement, "energy"]
+    if displacement:  # of systems that have no x1
+        return ["energy", "motion", *displacement, "shares"]
+    return ["energy", "shares"]
 
 
 @styled()
@@ -140,10 +141,11 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     if isinstance(results, LoadScan) and len(request.vary) == 2:
         return _maps(results, shown, page)
     bars = _BARS * (len(request.systems) + 0.4)
-    heights = {"shares": bars}
+    heights = {}
     if isinstance(results, ResponseHistories):
-        groups = {peak.quantity for peak in results.comparison()}
-        heights["peaks"] = max(_PANEL, 0.8 * len(groups) * bars)
+        heights["shares"] = _BARS * (max(1, len(_with_shares(results))) + 0.4)
+        length = _length_of_peaks(results.comparison(), len(request.systems))
+        heights["peaks"] = max(_PANEL, 0.8 * bars * length)
     figure, grid = new_figure(page, [heights.get(name, _PANEL) for name in shown])
     places = [figure.add_subplot(grid[i], label=name) for i, name in enumerate(shown)]
     lift = LETTER_ROOM if len(places) > 1 else 0
@@ -159,14 +161,15 @@ def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> F
     layout.execute(figure)  # names beside bars narrow all panels, and legends with them
     for axes, name in zip(places, shown, strict=True):
         if axes is places[0] or name == "shares":
-            _add_legend(axes, name, lift)
+            others = [] if name == "shares" else [place for place in places if place is not axes]
+            _add_legend(axes, name, lift, others)
     write_letters(places)
     finish(figure, grid, request.title)
     return figure
 
 
 def fill(axes: Axes, view: ArchiveView, name: str) -> None:
-    """Draw one panel into `axes`; of several maps, that of the first damper."""
+    """Draw one panel into `axes`; of several maps, that of the first system."""
     results = _drawable(view)
     if isinstance(results, LoadScan) and len(results.request.vary) == 2:
         axes.figure.colorbar(_map(axes, results, name, 0), ax=axes, label=_label(name))
@@ -178,8 +181,16 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
             axes.legend()
 
 
-def _add_legend(axes: Axes, name: str, offset: float = 0.0) -> None:
-    handles, _ = axes.get_legend_handles_labels()
+def _add_legend(axes: Axes, name: str, offset: float = 0.0, others: Sequence[Axes] = ()) -> None:
+    """Add the legend of a panel, with the lines of other panels that it does not have."""
+    handles, labels = axes.get_legend_handles_labels()
+    for other in others:
+        if other.get_label() == "shares":
+            continue
+        for handle, label in zip(*other.get_legend_handles_labels(), strict=True):
+            if label not in labels:
+                handles.append(handle)
+                labels.append(label)
     length = 1.4 if name == "shares" else 2.2
     add_legend(axes, handles, "above", offset, handlelength=length)
 
@@ -196,7 +207,7 @@ def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) ->
 
 
 def _is_over_time(name: str) -> bool:
-    return name in _OVER_TIME or name.rpartition(".")[2] in HOST_HISTORIES
+    return name in _OVER_TIME or name.rpartition(".")[2] in HISTORIES
 
 
 def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
@@ -214,7 +225,9 @@ def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
         yield system, {"label": typeset(system.in_words()), **look}
 
 
-def _each(histories: ResponseHistories) -> Iterator[tuple[System, Any, dict[str, Any]]]:
+def _each(
+    histories: ResponseHistories,
+) -> Iterator[tuple[System, ResponseHistory, dict[str, Any]]]:
     looks = _looks(histories.request)
     for (system, look), history in zip(looks, histories.results.values(), strict=True):
         yield system, history, look
@@ -236,20 +249,21 @@ def _energy(axes: Axes, histories: ResponseHistories) -> None:
 
 def _motion(axes: Axes, histories: ResponseHistories) -> None:
     for _, history, look in _each(histories):
-        axes.plot(history.time, history.x1, **look)
+        if np.isfinite(history.x1).any():
+            axes.plot(history.time, history.x1, **look)
     frame = " relative to the ground" if histories.request.load.shaken else ""
     axes.set_ylabel(f"displacement $x_1${frame} [m]")
 
 
 def _history(axes: Axes, histories: ResponseHistories, name: str) -> None:
-    """Draw a history of a row or of a damper of hosts."""
+    """Draw a history of a displacement or of a damper by its name."""
     owner, _, kind = name.rpartition(".")
-    _, unit, words = HOST_HISTORIES[kind]
+    entry = HISTORIES[kind]
     for _, history, look in _each(histories):
-        values = getattr(history, kind)[owner]
-        if np.isfinite(values).any():
-            axes.plot(history.time, values, **look)
-    axes.set_ylabel(labeled(f"{words.partition(',')[0]} of {owner}", "", unit))
+        by_owner = getattr(history, kind)
+        if isinstance(by_owner, Mapping) and np.isfinite(by_owner[owner]).any():
+            axes.plot(history.time, by_owner[owner], **look)
+    axes.set_ylabel(labeled(f"{entry.label} of {owner}", "", entry.unit))
 
 
 def _damper(axes: Axes, histories: ResponseHistories) -> None:
@@ -266,6 +280,8 @@ def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> No
     request = histories.request
     for system, history, look in _each(histories):
         values = history.E1 if energy else np.abs(history.x1)
+        if not np.isfinite(values).any():
+            continue
         for sweep in request.load.sweep:
             omega, largest = envelope(sweep, history.time, values, system.natural_period)
             style = {"linestyle": ":"} if sweep.last < sweep.first else {}
@@ -274,15 +290,12 @@ def _sweep(axes: Axes, histories: ResponseHistories, energy: bool = False) -> No
     if any(sweep.last < sweep.first for sweep in request.load.sweep):
         axes.plot([], [], color=GRAY, linestyle=":", linewidth=1.0, label="sweep down")
     words: str | None = "steady, in closed form"
+    sweep = request.load.sweep[0]
+    omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
     for system in request.systems:
-        if not system.scene.walls and not request.load.shaken:
-            sweep = request.load.sweep[0]
-            omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
-            X1, _ = amplitudes(system.with_(P=request.load.force_of(sweep)), omega)
-            steady = np.abs(X1)
-            m1, k1, _ = system.structure
-            values = harmonic_energy(m1, k1, omega, steady) if energy else steady
-            axes.plot(omega, values, label=words, **_EXACT)
+        steady = system.steady_state(request.load.force_of(sweep), omega)
+        if steady is not None and not request.load.shaken:
+            axes.plot(omega, steady[energy], label=words, **_EXACT)
             words = None
     axes.set(xlabel="frequency $\\omega$ of the sweep [rad/s]", ylim=(0, None))
     axes.set_ylabel("largest $E_1$ [J]" if energy else "largest $|x_1|$ [m]")
@@ -298,10 +311,11 @@ def envelope(
 
 
 def _shares(axes: Axes, histories: ResponseHistories) -> None:
-    """Draw a bar for each damper: the shares of the supplied energy by what dissipated them."""
-    words = map(System.in_words, histories.request.systems)
+    """Draw a bar for each system: the shares of the supplied energy by what dissipated them."""
+    systems = _with_shares(histories)
+    words = [system.in_words() for system in systems]
     names = ["\n".join(map(typeset, textwrap.wrap(name, _NAME))) for name in words]
-    shares = [shares_of(history) for history in histories.results.values()]
+    shares = [shares_of(histories[system.name]) for system in systems]
     left = [0.0] * len(names)
     for sink, label in zip(WAYS, ("dashpot $c_1$", "dashpot $c_2$", "contacts"), strict=True):
         widths = [max(0.0, one.get(sink, 0.0)) for one in shares]
@@ -316,6 +330,18 @@ def _shares(axes: Axes, histories: ResponseHistories) -> None:
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
 
 
+def _with_shares(histories: ResponseHistories) -> list[System]:
+    """Return the systems of which it is known what dissipated the supplied energy."""
+    systems = histories.request.systems
+    return [system for system in systems if shares_of(histories[system.name])]
+
+
+def _length_of_peaks(peaks: Sequence[Peak], systems: int) -> float:
+    """Return the length of the axis of groups of bars: 1 for each with a bar of every system."""
+    groups = {peak.quantity for peak in peaks}
+    return _GROUP * len(peaks) / systems + (1.0 - _GROUP) * len(groups)
+
+
 def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     """Draw a group of bars for each quantity of the comparison, relative to its first bar.
 
@@ -324,20 +350,24 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     peaks = histories.comparison()
     names = list(dict.fromkeys(peak.quantity for peak in peaks))
     looks = {system.name: look for system, look in _looks(histories.request)}
-    height = 0.8 / len(looks)
-    for group, name in enumerate(names):
+    height = _GROUP / len(looks)
+    place = 0.0
+    middles = []
+    for name in names:
         one = [peak for peak in peaks if peak.quantity == name]
         base = next((peak.value for peak in one if 0.0 < peak.value < math.inf), 1.0)
+        middles.append(place + 0.5 * height * (len(one) - 1))
         for peak in one:
-            place = group + height * ([*looks].index(peak.damper) - 0.5 * (len(looks) - 1))
-            look = looks[peak.damper]
+            look = looks[peak.system]
             length = peak.value / base if peak.value < math.inf else 0.0
             axes.barh(place, length, height, color=look["color"], label=look["label"])
             look["label"] = None
             text = f" {peak.value:.3g} {raised(peak.unit)}"
             axes.annotate(text, (length, place), va="center", fontsize=7)
+            place += height
+        place += 1.0 - _GROUP
     labels = [textwrap.fill(of_load(name).label, _NAME) for name in names]
-    axes.set_yticks(range(len(names)), labels)
+    axes.set_yticks(middles, labels)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.25 * axes.get_xlim()[1])
     axes.set_xlabel("relative to the first bar of each group")
@@ -368,8 +398,26 @@ def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
 # ---- scans ---------------------------------------------------------------------------------------
 
 
+def _values(scan: LoadScan, name: str) -> np.ndarray:
+    """Return a quantity of all orbits as floats, NaN where it is missing."""
+    values = scan.numbers[name]
+    return np.where(values == of_load(name).fill, np.nan, values)
+
+
+def _present(scan: LoadScan, name: str) -> np.ndarray:
+    values = _values(scan, name)
+    present: np.ndarray = values[np.isfinite(values)]
+    return present
+
+
 def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
-    count = len(scan.request.systems)
+    """Draw a map of each shown quantity for each system that has one of them."""
+    drawn = [
+        number
+        for number in range(len(scan.request.systems))
+        if any(np.isfinite(_values(scan, name)[number]).any() for name in shown)
+    ]
+    count = len(drawn)
     across = min(count, 2 if page.beside else 1)
     rows = -(-count // across)
     figure, grid = new_figure(page, [_MAP] * (rows * len(shown)), across)
@@ -377,7 +425,7 @@ def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
     for number, name in enumerate(shown):
         cells = [divmod(place, across) for place in range(count)]
         row = [figure.add_subplot(grid[number * rows + r, c]) for r, c in cells]
-        meshes = [_map(axes, scan, name, damper) for damper, axes in enumerate(row)]
+        meshes = [_map(axes, scan, name, i) for i, axes in zip(drawn, row, strict=True)]
         for place, axes in enumerate(row):
             if place + across < count:
                 axes.tick_params(labelbottom=False)
@@ -398,12 +446,14 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     request = scan.request
     (axis,) = request.vary
     words: str | None = "in closed form"
-    pairs = zip(_looks(request), scan.numbers[name], strict=True)
+    pairs = zip(_looks(request), _values(scan, name), strict=True)
     for i, ((_, look), values) in enumerate(pairs):
-        axes.plot(axis.values, values, **look)
-        cases = (request.case(i * axis.values.size + j) for j in range(axis.values.size))
-        is_exact = not (request.state or request.has_hosts)
-        exact = [closed_form(*case).get(name, np.nan) for case in cases if is_exact]
+        if np.isfinite(values).any():
+            axes.plot(axis.values, values, **look)
+        exact = []
+        for j in range(0 if request.state else axis.values.size):
+            system, load = request.case(i * axis.values.size + j)
+            exact.append(system.closed_form(load).get(name, np.nan))
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
@@ -415,15 +465,18 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
 
 
 def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
-    """Draw a quantity of samples for each damper: a histogram, an exceedance, or dots."""
+    """Draw a quantity of samples for each system: a histogram, an exceedance, or dots."""
     name, _, other = name.partition(":")
-    numbers, columns = scan.numbers[name], scan.request.columns
+    numbers = _values(scan, name)
+    columns = scan.request.columns
     bins = np.histogram_bin_edges(numbers[np.isfinite(numbers)], "auto")
     if bins.size > _MOST_BINS:
         bins = np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
     for (_, look), values in zip(_looks(scan.request), numbers, strict=True):
         ascending = np.sort(values[np.isfinite(values)])
-        size = max(1, ascending.size)
+        size = ascending.size
+        if not size:
+            continue
         if other == EXCEEDANCE:
             axes.step(ascending, 1.0 - np.arange(ascending.size) / size, where="post", **look)
         elif other:
@@ -441,10 +494,11 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
             axes.set_yscale("log")
 
 
-def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
-    """Fill the map of a damper; all maps of a quantity have the same color scale."""
+def _map(axes: Axes, scan: LoadScan, name: str, number: int) -> QuadMesh:
+    """Fill the map of a system by its number; all maps of a quantity have the same color scale."""
     x, y = scan.request.vary
-    values, finite = scan.numbers[name][damper], scan.numbers[name][np.isfinite(scan.numbers[name])]
+    values = _values(scan, name)[number]
+    finite = _present(scan, name)
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
     norm: dict[str, Any] = {"vmin": low, "vmax": high}
     if of_load(name).scale == ERROR and low > 0.0:
@@ -459,7 +513,7 @@ def _map(axes: Axes, scan: LoadScan, name: str, damper: int) -> QuadMesh:
     if logarithmic(y.values):
         axes.set_yscale("log")
     axes.set(xlabel=_axis(scan.request, x.name), ylabel=_axis(scan.request, y.name))
-    axes.set_title(typeset(scan.request.systems[damper].in_words()), fontsize=9)
+    axes.set_title(typeset(scan.request.systems[number].in_words()), fontsize=9)
     return mesh
 
 

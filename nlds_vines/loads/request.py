@@ -1,4 +1,4 @@
-"""The request of response histories: dampers on a structure, a load, a duration, axes of a scan."""
+"""The request of response histories: systems, a load, a duration, axes of a scan."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from nlds_vines.errors import (
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import any_system, any_system_from
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
-from nlds_vines.model.parameters import DESCRIBED, LAWS, SECOND, flat
+from nlds_vines.model.parameters import DESCRIBED, LAWS, flat
 from nlds_vines.model.setting import (
     Checked,
     Form,
@@ -40,7 +40,7 @@ from nlds_vines.model.setting import (
     is_given,
     setting,
 )
-from nlds_vines.model.system import General, System
+from nlds_vines.model.system import System
 from nlds_vines.orbits.solver_settings import tolerance_setting
 from nlds_vines.orbits.starts import starts_inside
 
@@ -59,14 +59,14 @@ def _state(value: object) -> tuple[float, ...]:
 
 @dataclass(frozen=True, repr=False)
 class HistoryRequest(Request):
-    """A load on one or several structures, for a duration; validated when it is made.
+    """A load on one or several systems, for a duration; validated when it is made.
 
     Parameters
     ----------
     title : str
         One line.
     systems : tuple of System
-        Structures with their dampers.
+        Structures with their dampers, of the paper's kinds and general ones.
     load : Loading
         The loads; the harmonic force acts only if `load.harmonic`.
     vary : tuple of Axis, optional
@@ -79,7 +79,8 @@ class HistoryRequest(Request):
     samples : int, optional
         States in each natural period of the structure.
     of : tuple of str, optional
-        Displacements of a host whose response is reported, as `simulate` takes them.
+        Displacements whose response is reported of the systems that have them, as `simulate` takes
+        them.
     settle : float, optional
         Time [s] that the rms of x1 leaves out.
     tolerance : float or str, optional
@@ -135,7 +136,7 @@ class HistoryRequest(Request):
             object.__setattr__(self, "vary", (Axis(SAMPLE, rows),))
         check_settings(self)
         if not self.systems:
-            raise RequestError("no damper is named; allowed: one or more systems")
+            raise RequestError("no system is named; allowed: one or more systems")
         names = [system.name for system in self.systems]
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise RequestError(f"{twice} stands twice: give one of them another name")
@@ -148,8 +149,6 @@ class HistoryRequest(Request):
             raise RequestError(
                 f"settle = {self.settle:g} s must be below the duration, {self.duration:g} s"
             )
-        if len({isinstance(system, General) for system in self.systems}) > 1:
-            raise RequestError("systems: hosts beside other kinds; give one of them")
         # axes that a system or the load has, and not too many orbits
         if len(self.vary) > 2:
             raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
@@ -161,11 +160,11 @@ class HistoryRequest(Request):
             if not any(system.takes(name) for system in self.systems):
                 self.systems[0].with_(**{name: 1.0})  # raises the error that lists the names
         for system in self.systems:
-            system.refuse_under(self.load, parameters, of=self.of, settle=self.settle)
+            system.refuse_under(self.load, parameters, settle=self.settle)
             if self.sampled is not None:
                 system.cells({k: v for k, v in columns.items() if system.takes(k)})
         for name in self.of:
-            self.systems[-1].displacement(name)
+            self._check_displacement(name)
         for name, values in columns.items():
             if is_of_load(name):
                 self.load.check_values(name, values)
@@ -181,6 +180,19 @@ class HistoryRequest(Request):
         if self.state:
             self._check_state()
 
+    def _check_displacement(self, name: str) -> None:
+        """Refuse a displacement that no system has."""
+        refusal: RequestError | None = None
+        for system in self.systems:
+            try:
+                system.displacements([name])
+                return
+            except RequestError as error:
+                if refusal is None or system.displacements():
+                    refusal = error
+        assert refusal is not None
+        raise refusal
+
     def _check_state(self) -> None:
         """Refuse a state that is not that of the largest system.
 
@@ -193,11 +205,6 @@ class HistoryRequest(Request):
                 raise RequestError(
                     f"state = {list(self.state)} of {system.name} must be {', '.join(components)}"
                 )
-
-    @property
-    def has_hosts(self) -> bool:
-        """Whether its systems are hosts."""
-        return isinstance(self.systems[0], General)
 
     @property
     def columns(self) -> Mapping[str, np.ndarray]:
@@ -214,11 +221,9 @@ class HistoryRequest(Request):
         return {name: values[place] for (name, values), place in pairs}
 
     def starts_inside(self) -> list[str]:
-        """Return a line for each damper that starts inside a wall."""
+        """Return a line for each system that starts inside a wall."""
         lines = []
         for system in self.systems:
-            if isinstance(system, General):
-                continue
             places = {k: v for k, v in self.columns.items() if system.takes(k)}
             if self.sampled is None:
                 grid = np.meshgrid(*places.values(), indexing="ij", sparse=True)
@@ -256,8 +261,8 @@ class HistoryRequest(Request):
 
     @property
     def times(self) -> np.ndarray:
-        """The times (windows * samples + 1,) of a history [s]; of hosts, those of a record."""
-        if self.has_hosts and self.load.record:
+        """The times of a history [s], of a record those where kernels stop anyway."""
+        if self.load.record and any(one.scene.has_times_of_records for one in self.systems):
             # a record's samples are edges of cells, and with other times there were twice as many
             times, longest = (
                 self.load.record[0].times,
@@ -365,8 +370,9 @@ def load_response_history(
     refuse_load_in_set(request)
     systems = _systems(request, sampled)
     axes, one = request.axes("vary") if sampled is None else (), systems[0]
-    if len(systems) == 1 and isinstance(one, General) and one.dampers and not (axes or sampled):
-        systems = (replace(one, dampers=(), name="none", title=""), one)  # the host alone
+    if len(systems) == 1 and one.owning_dampers and not (axes or sampled):
+        structure: Any = one.alone()
+        systems = (replace(structure, name="none"), one)
     with at(request.place("load")):
         load = Loading(**request.of(Loading))
     title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
@@ -400,14 +406,11 @@ def _systems(request: Merged, sampled: Samples | None) -> tuple[System, ...]:
                 for one in listed
             ]
     settings = [flat(layer.get("set", {})) for _, layer in request.layers]
-    laws = {key: LAWS.get(str(one[key])) for one in settings for key in _LAWS if key in one}
+    named = {key: str(one[key]) for one in settings for key in _LAWS if key in one}
+    laws = {key: LAWS[law] for key, law in named.items() if law in LAWS}
 
     def takes(system: System, name: str) -> bool:
-        if isinstance(system, General):
-            return system.takes(name)
-        law = laws.get("law_2" if name.endswith(SECOND) else "law")
-        of_law = name in _LAWS or (law is not None and name.removesuffix(SECOND) in law.allowed)
-        return system.takes(name) or (of_law and bool(system.scene.walls))
+        return system.can_set(name, laws)
 
     for place, layer in request.layers:
         for name, value in flat(layer.get("set", {})).items():

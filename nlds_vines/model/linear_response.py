@@ -5,6 +5,7 @@ A `system` is a `Preset`, of one of the paper's kinds.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -109,3 +110,68 @@ def _amplitude(force: Any, impedance: Any) -> np.ndarray:
 def harmonic_energy(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Return the largest energy m v^2 / 2 + k x^2 / 2 of a harmonic motion [J]."""
     return np.maximum(m * omega * omega, k) * amplitude * amplitude / 2
+
+
+# ---- under loads in time ----
+
+
+def closed_form(system: Any, load: Any) -> dict[str, float]:
+    """Return quantities of `OF_LOADS` in closed form by name; none with walls or other loads.
+
+    After a blow at t = 0 on a structure at rest, E1max = I^2 / (2 m1) is the energy supplied.  The
+    share that a dashpot dissipates is z0^T P z0 / E1max with A^T P + P A = -Q (Lyapunov), where
+    z^T Q z is the power of the dashpot.  Without a damper, the largest displacement is
+    v0 / w exp(-z arccos(z) / sqrt(1 - z^2)), where z is the damping ratio.
+
+    Under noise, the stationary rms of x1 is sqrt(sum of rms^2 / N |H(i omega_i)|^2) over its tones.
+
+    Source: A. Preumont, Random Vibration and Spectral Analysis (1994).
+    """
+    size = 4 if system.scene.damper else 2
+    A, (m1, k1, c1) = flow_matrix(system)[:size, :size], system.structure
+    if system.scene.walls or load.harmonic or np.linalg.eigvals(A).real.max() >= 0.0:
+        return {}
+    blows, parts = load.blows, load.parts
+    if parts and not blows and len(parts) == len(load.noise):
+        push, square = np.zeros(len(A)), 0.0
+        if load.shaken:
+            push[1::2] = -1.0
+        else:
+            push[1] = 1.0 / m1
+        for noise in load.noise:
+            rates = 1j * noise.omegas[:, np.newaxis, np.newaxis] * np.eye(len(A)) - A
+            x1 = np.linalg.inv(rates)[:, 0] @ push
+            size_of_tones = (noise.rms * noise.factor * load.scale) ** 2 / noise.tones
+            square += size_of_tones * float(np.sum(np.abs(x1) ** 2))
+        return {"x1_rms": math.sqrt(square)}
+    if parts or len(blows) != 1 or blows[0][0] != 0.0:
+        return {}
+    from scipy.linalg import solve_continuous_lyapunov
+
+    speed = blows[0][1] / m1
+    energy, start = 0.5 * m1 * speed**2, np.zeros(len(A))
+    start[1] = speed
+    rates = {"c1": (c1, np.array([0.0, 1.0, 0.0, 0.0]))}
+    if system.scene.damper:
+        rates["c2"] = (system.parameters["c2"], np.array([0.0, 1.0, 0.0, -1.0]))
+    quantities = {"E1max": energy, "energy_in": energy}
+    for dashpot, (c, relative) in rates.items():
+        Q = c * np.outer(relative[: len(A)], relative[: len(A)])
+        P = solve_continuous_lyapunov(A.T, -Q)
+        quantities[f"share_{dashpot}"] = float(start @ P @ start) / energy
+    zeta = c1 / (2.0 * math.sqrt(k1 * m1))
+    if not system.scene.damper and zeta < 1.0:
+        decay = math.exp(-zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
+        quantities["x1_max"] = abs(speed) / math.sqrt(k1 / m1) * decay
+    return quantities
+
+
+def energy_after_blow(system: Any, load: Any, times: np.ndarray) -> np.ndarray:
+    """Return E1 [J] at `times` (n,) [s] after a blow on a structure without walls: exp(A t) z0."""
+    from scipy.linalg import expm
+
+    m1, k1, _ = system.structure
+    size = 4 if system.scene.damper else 2
+    flows = expm(times[:, np.newaxis, np.newaxis] * flow_matrix(system)[:size, :size])
+    x1, v1 = load.blows[0][1] / system.structure[0] * flows[:, :2, 1].T
+    return 0.5 * (m1 * v1**2 + k1 * x1**2)

@@ -513,10 +513,8 @@ SHARES = (0.01, 0.1, 0.5)  # of the largest E1, above which `last_1` ... are the
 WAYS = {"c1": "dashpot c1", "c2": "dashpot c2", "contact": "contacts"}
 
 
-def _of(
-    name: str, unit: str, words: str, label: str, symbol: str = "", scale: str = ""
-) -> Quantity:
-    return Quantity(name, unit, words, (), label, symbol, scale=scale)
+def _of(name: str, unit: str, words: str, label: str, symbol: str = "", **options: Any) -> Quantity:
+    return Quantity(name, unit, words, (), label, symbol, **options)
 
 
 def _last(share: float) -> Quantity:
@@ -525,57 +523,99 @@ def _last(share: float) -> Quantity:
     return _of(f"last_{per_cent}", "s", words, f"time above {per_cent} % of the largest E1")
 
 
+_BY_SYMBOL: dict[str, Any] = {"has": _has_symbols}
+_BY_ROW: dict[str, Any] = {"dims": ("displacement",)}
+# an only damper, whose quantities have symbols, may be missing: then they are NaN
+_BY_DAMPER: dict[str, Any] = {
+    "dims": ("damper",),
+    "has": lambda scene: scene.has_symbols or scene.damper,
+}
+
 OF_LOADS = (
     *map(_last, SHARES),
     _of("damping_ratio", "1",
         "of a linear structure whose E1 falls from its largest to 10 % in the same time",
-        "equivalent damping ratio", "ζ"),
+        "equivalent damping ratio", "ζ", **_BY_SYMBOL),
     _of("E1max", "J", "largest energy of the structure, its velocity relative to the ground",
         "largest energy", "E₁max"),
+    _of("x_max", "m", "largest displacement, relative to the ground", "largest displacement",
+        **_BY_ROW),
+    _of("x_rms", "m", "rms displacement, relative to the ground", "rms displacement", **_BY_ROW),
+    _of("a_max", "m/s^2", "largest absolute acceleration, contacts included; infinite where the "
+        "impulse of a rigid wall acts", "largest absolute acceleration", **_BY_ROW),
     _of("E2max", "J", "largest energy of the damper, its velocity relative to the ground",
-        "largest energy of the damper", "E₂max"),
+        "largest energy of the damper", "E₂max", **_BY_DAMPER),
     _of("x1_max", "m", "largest displacement of the structure, relative to the ground",
-        "largest displacement"),
+        "largest displacement", **_BY_SYMBOL),
     _of("x1_rms", "m", "rms displacement of the structure, relative to the ground, without the "
-        "time to settle", "rms displacement"),
+        "time to settle", "rms displacement", **_BY_SYMBOL),
     _of("v1_max", "m/s", "largest velocity of the structure, relative to the ground",
-        "largest velocity"),
+        "largest velocity", **_BY_SYMBOL),
     _of("a1_max", "m/s^2", "largest absolute acceleration of the structure, contacts included",
-        "largest absolute acceleration"),
+        "largest absolute acceleration", **_BY_SYMBOL),
     _of("stroke_max", "m", "largest stroke of the damper, counted from where its spring rests",
-        "largest stroke"),
-    _of("force_max", "N", "largest contact force", "largest contact force"),
+        "largest stroke", **_BY_DAMPER),
+    _of("force_max", "N", "largest contact force", "largest contact force", **_BY_DAMPER),
     _of("shear_max", "N", "largest base shear, the force k1 x1 of the structure's spring",
-        "largest base shear"),
-    _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse"),
-    _of("impact_count", "1", "number of impacts", "impacts"),
-    _of("energy_in", "J", "energy brought in, by the start and by the load", "energy brought in"),
+        "largest base shear", **_BY_SYMBOL),
+    _of("impulse_max", "N s", "largest impulse of an impact", "largest impulse", **_BY_DAMPER),
+    _of("impact_count", "1", "number of impacts; -1 without walls, or of an orbit that failed",
+        "impacts", dtype="int32", fill=-1, **_BY_DAMPER),
+    _of("energy_in", "J", "energy brought in, by the start and by the load", "energy brought in",
+        **_BY_SYMBOL),
     *(_of(f"share_{sink}", "1", f"share of the energy brought in that {what} dissipated by the end",
-          f"share dissipated by {what}")
+          f"share dissipated by {what}", **_BY_SYMBOL)
       for sink, what in WAYS.items()),
     _of("balance", "1", "largest abs(in - stored - dissipated) / largest energy brought in",
-        "error of the energy balance", scale=ERROR),
+        "error of the energy balance", scale=ERROR, **_BY_SYMBOL),
 )  # fmt: skip
+"""The quantities of a response to a load; of displacements and named dampers by owner, roof.x_max.
+
+Quantities of an only damper of the paper's kinds have symbols, as E2max.
+"""
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
 
-_BY_DAMPER = ("E2max", "stroke_max", "force_max", "impulse_max", "impact_count")
-OF_HOSTS = (
-    *(OF_LOADS_BY_NAME[f"last_{100 * share:g}"] for share in SHARES),
-    OF_LOADS_BY_NAME["E1max"],
-    *(replace(_of(*entry), dims=("displacement",)) for entry in (
-        ("x_max", "m", "largest displacement, relative to the ground", "largest displacement"),
-        ("x_rms", "m", "rms displacement, relative to the ground", "rms displacement"),
-        ("a_max", "m/s^2", "largest absolute acceleration, contacts included; infinite where the "
-         "impulse of a rigid wall acts", "largest absolute acceleration"),
-    )),
-    *(replace(OF_LOADS_BY_NAME[name], dims=("damper",)) for name in _BY_DAMPER),
-)  # fmt: skip
-"""The quantities of hosts under a load; those of rows and dampers are roof.x_max, cell.E2max."""
-
 
 def of_load(name: str) -> Quantity:
-    """Return a quantity of `OF_LOADS`, or of `OF_HOSTS` by the name of a row or a damper."""
+    """Return a quantity of `OF_LOADS` by its name; of roof.x_max the label has the owner."""
     owner, dot, plain = name.rpartition(".")
-    entry = next(q for q in (*OF_HOSTS, *OF_LOADS) if q.name == plain and bool(q.dims) == bool(dot))
+    entry = OF_LOADS_BY_NAME[plain]
     return replace(entry, label=f"{entry.label} of {owner}") if dot else entry
+
+
+def _history(name: str, unit: str, words: str, label: str = "", *dims: str) -> Quantity:
+    return Quantity(name, unit, words, (), label, dims=dims)
+
+
+HISTORIES: Mapping[str, Quantity] = MappingProxyType({
+    entry.name: entry
+    for entry in (
+        _history("E1", "J", "energy of the structure, its velocity relative to the ground"),
+        _history("E2", "J", "energy of the damper, its velocity relative to the ground",
+                 "energy", "damper"),
+        _history("x1", "m", "displacement of the structure, relative to the ground"),
+        _history("x2", "m", "displacement of the damper, relative to the ground"),
+        _history("work", "J", "energy that came in so far, by the start and by the load"),
+        *(_history(f"dissipated_{sink}", "J", f"energy dissipated by {what} so far")
+          for sink, what in WAYS.items()),
+        _history("x", "m", "displacement, relative to the ground", "displacement",
+                 "displacement"),
+        _history("a", "m/s^2", "absolute acceleration", "absolute acceleration", "displacement"),
+        _history("stroke", "m", "displacement along the spring, positive toward its wall +",
+                 "displacement along the spring", "damper"),
+    )
+})  # fmt: skip
+"""The datasets over time of a response to a load by name."""
+
+TOUCH_COLUMNS = {
+    "touch": ("s", "time of a touch"),
+    "release": ("s", "time of the release"),
+    "speed": ("m/s", "approach speed"),
+    "force": ("N", "largest contact force, infinite at rigid walls"),
+    "depth": ("m", "largest depth"),
+    "impulse": ("N s", "largest impulse of a rigid wall, 0 of other walls"),
+    "damper": ("1", "number of the damper, from 0"),
+    "wall": ("1", "side of its wall, 1 or -1"),
+}
+"""The columns of the impacts under a load, with their units and meanings."""

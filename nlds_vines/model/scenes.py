@@ -78,6 +78,8 @@ class Scene:
     dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
     with_rigid_walls: tuple[str, ...] = ()  # the names of a host's dampers that have rigid walls
     # what the kernels of the scene offer
+    # states of histories under a record have the times of its samples, where kernels stop anyway
+    has_times_of_records: bool = False
     unrecorded: tuple[str, ...] = ()  # records that they do not make
     may_be_empty: tuple[str, ...] = ()  # records of an orbit that need no walls
     methods: tuple[str, ...] = ("exact", "rk4")  # of integration
@@ -348,6 +350,8 @@ class HostScene(Scene):
 
     of_walls: tuple[tuple[str, str], ...] = ()  # damper and side of each wall, as kernels have them
     settable: tuple[str, ...] = ()  # `General.allowed` without ratios
+    has_symbols: bool = False
+    has_times_of_records: bool = True
     unrecorded: tuple[str, ...] = (
         "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
     )  # fmt: skip
@@ -355,7 +359,6 @@ class HostScene(Scene):
     methods: tuple[str, ...] = ("exact",)
     fineness: tuple[str, ...] = ("tolerance",)
     cost: int = 16
-    has_symbols: bool = False
     is_alone_known: bool = False
     is_volume_known: bool = False
 

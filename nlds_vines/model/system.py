@@ -39,7 +39,12 @@ from nlds_vines.model.dampers import (
     check_places,
     damper_from,
 )
-from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.model.linear_response import (
+    amplitudes,
+    closed_form,
+    energy_alone,
+    harmonic_energy,
+)
 from nlds_vines.model.parameters import (
     CONTACT,
     DAMPING,
@@ -249,6 +254,13 @@ class System(Outlined):
         """Return True if `with_` replaces a number of this name, a parameter or a ratio."""
         raise NotImplementedError
 
+    def can_set(self, name: str, laws: Mapping[str, Law] = MappingProxyType({})) -> bool:
+        """Return whether `[set]` changes a number of the system, or its law.
+
+        `laws` are contact laws that `[set]` names, as "law" and "law_2".
+        """
+        return self.takes(name)
+
     def with_(self, /, **changes: Any) -> System:
         """Replace numbers.
 
@@ -317,13 +329,12 @@ class System(Outlined):
         load: Any,
         names: Collection[str],
         *,
-        of: Sequence[str] = (),
         settle: float = 0.0,
     ) -> None:
         """Raise `RequestError` for what means nothing, or is not offered, under a load.
 
-        `load` is a `Loading`, `names` are of parameters that vary, `of` of displacements, `settle`
-        [s] is left out of rms values.  The system's own force is off under a load, unless that is
+        `load` is a `Loading`, `names` are of parameters that vary, `settle` [s] is left out of rms
+        values.  The system's own force is off under a load, unless that is
         harmonic.
         """
         raise NotImplementedError
@@ -398,6 +409,17 @@ class System(Outlined):
 
     def energy_alone(self, cells: np.ndarray) -> np.ndarray | None:
         """Return E1max [J] of the structure alone in `cells` in closed form; None without one."""
+        raise NotImplementedError
+
+    def steady_state(self, force: float, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the amplitudes of x1 [m] and the largest E1 [J] under a harmonic force.
+
+        None without a closed form.
+        """
+        raise NotImplementedError
+
+    def closed_form(self, load: Any) -> Mapping[str, float]:
+        """Return the quantities of a response to a load that have a closed form, by name."""
         raise NotImplementedError
 
     def displacements(
@@ -584,6 +606,14 @@ class Preset(System):
     def takes(self, name: str) -> bool:
         return name in self.scene.allowed or name in ratios_in(self.scene)
 
+    def can_set(self, name: str, laws: Mapping[str, Law] = MappingProxyType({})) -> bool:
+        if self.takes(name):
+            return True
+        second = name.endswith(SECOND)
+        law = laws.get("law_2" if second else "law")
+        of_law = law is not None and name.removesuffix(SECOND) in law.allowed
+        return bool(self.scene.walls) and (name in ("law", "law_2") or of_law)
+
     def refuse_corners(self, corners: Iterable[Mapping[str, float]]) -> None:
         """Accept any corner of a grid, as the range of one parameter depends on no other."""
 
@@ -592,12 +622,14 @@ class Preset(System):
         load: Any,
         names: Collection[str],
         *,
-        of: Sequence[str] = (),
         settle: float = 0.0,
     ) -> None:
-        for key, value in (("on", load.on), ("of", of)):
-            if value:
-                raise RequestError(f"{key} = {shown(value)} is for hosts")
+        structure = self.scene.components[0]
+        if load.on not in (None, structure):
+            raise RequestError(
+                f"on = {shown(load.on)}: kind {self.kind!r} takes forces on its structure, "
+                f"{structure}"
+            )
         if load.harmonic:
             self.refuse_without_force()
         if load.harmonic and self.scene.shaken:
@@ -666,6 +698,17 @@ class Preset(System):
 
     def energy_alone(self, cells: np.ndarray) -> np.ndarray:
         return energy_alone(cells)
+
+    def steady_state(self, force: float, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        if self.scene.walls or self.scene.shaken:
+            return None
+        m1, k1, _ = self.structure
+        X1, _ = amplitudes(self.with_(P=force), omega)
+        amplitude = np.abs(X1)
+        return amplitude, harmonic_energy(m1, k1, omega, amplitude)
+
+    def closed_form(self, load: Any) -> dict[str, float]:
+        return closed_form(self, load)
 
     def alone(self) -> Preset:
         scene = SCENES["none"]
@@ -1239,7 +1282,6 @@ class General(System):
         load: Any,
         names: Collection[str],
         *,
-        of: Sequence[str] = (),
         settle: float = 0.0,
     ) -> None:
         if load.harmonic:
@@ -1297,6 +1339,12 @@ class General(System):
 
     def energy_alone(self, cells: np.ndarray) -> None:
         return None
+
+    def steady_state(self, force: float, omega: np.ndarray) -> None:
+        return None
+
+    def closed_form(self, load: Any) -> dict[str, float]:
+        return {}
 
     def alone(self) -> General:
         return replace(self, dampers=(), name="host", title="")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.errors import RequestError
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import lanes
@@ -25,16 +27,18 @@ from nlds_vines.kernels.orbit.repetition import REPEATS, period_of
 from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURS
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import Finished, Ground, LaneBuffers, Parts, Span
+from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.labels import FLAGS, KEPT, flags_of, labels_of
 from nlds_vines.model.presets import cell_type
 from nlds_vines.model.quantities import stored_in
 from nlds_vines.model.scenes import Scene, scene_of
+from nlds_vines.model.system import Preset
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.orbits.solver_settings import EFFORTS, Settings
 from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
-from nlds_vines.orbits.starts import user_states
+from nlds_vines.orbits.starts import ROUND_OFF, checked_start, user_states
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
@@ -102,6 +106,41 @@ def room_for(n: int, size: int, count: int, width: int = 4, walls: int = 2) -> T
         np.empty((size, 2)),
         np.empty(NUMBERS_OF_CYCLE),
     )
+
+
+def room_for_impacts(capacity: int) -> Impacts:
+    return Impacts(np.empty((capacity, IMPACT_COLUMNS)), np.zeros(1, np.int64))
+
+
+def start_state(
+    system: Preset, rest: float, start: Sequence[float] | np.ndarray | None
+) -> np.ndarray:
+    """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
+    state = np.zeros(STATE_SIZE)
+    if start is None:
+        return state
+    values = checked_start(start, system.scene.components)
+    state[:2] = values[:2]
+    if system.scene.damper:
+        state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
+    elif system.scene.grounded:
+        state[2], state[3] = values
+    scene, p, limit = system.scene, system.parameters, system.scene.limit
+    for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+        law = scene.law_at(struck)
+        depth = -math.inf if gap is None else sign * state[2] - gap(p)
+        if law.instant and depth > ROUND_OFF * max(abs(state[2]), abs(values[0])):
+            raise RequestError(
+                f"start: {depth:.3g} m inside the {scene.struck[struck]}, which is rigid under law "
+                f"{law.name!r}"
+            )
+    if limit is not None and state[2] >= limit(p):
+        raise RequestError(
+            f"start = {start!r} is in violation: x1 - x2 = {values[0] - values[2]:g} m, where kind "
+            f"{system.kind!r} ({system.scene.meaning}) needs less than "
+            f"{limit(p) - rest:g} m"
+        )
+    return state
 
 
 def unit_norms(cell: Any, size: int) -> np.ndarray:

@@ -16,6 +16,7 @@ from nlds_vines.model.system import General, System
 from nlds_vines.orbits.batch import Outputs, Wanted
 from nlds_vines.orbits.host_engine import HostEngine
 from nlds_vines.orbits.kind_engine import KindEngine
+from nlds_vines.orbits.load_task import LoadRunner, LoadTask
 from nlds_vines.orbits.one_orbit import Orbit
 from nlds_vines.orbits.section_map import SectionMap, Variations
 from nlds_vines.orbits.solver_settings import Settings
@@ -151,6 +152,9 @@ class Engine(Protocol):
 
         `lengths` are units of these parameters, as of their intervals.
         """
+
+    def load(self, task: LoadTask, tell: Tell | None = None) -> LoadRunner:
+        """Return the kernels for orbits under loads in time."""
 
 
 def engine_for(system: System) -> Engine:

@@ -17,6 +17,7 @@ from nlds_vines.model.system import General
 from nlds_vines.orbits.batch import TURN, Wanted, room_for
 from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.host_batch import HostKernels, in_cell
+from nlds_vines.orbits.host_loads import HostLoads
 from nlds_vines.orbits.host_orbits import (
     HostOrbits,
     energies_of,
@@ -25,6 +26,7 @@ from nlds_vines.orbits.host_orbits import (
     response_of,
 )
 from nlds_vines.orbits.host_section_map import HostSectionMap
+from nlds_vines.orbits.load_task import LoadTask
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.responses import of_rows
 from nlds_vines.orbits.section_map import SectionMap, Variations
@@ -163,6 +165,9 @@ class HostEngine:
         self, names: tuple[str, ...], settings: Settings, lengths: Sequence[float]
     ) -> SectionMap:
         return HostSectionMap(self.system, names, settings, lengths)
+
+    def load(self, task: LoadTask, tell: Tell | None = None) -> HostLoads:
+        return HostLoads(self.system, task, tell)
 
 
 class HostBeginning(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,14 +11,166 @@ from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
 from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
+from nlds_vines.model.parameters import SIDES
+from nlds_vines.model.quantities import SHARES, TOUCH_COLUMNS
 from nlds_vines.model.system import General
-from nlds_vines.orbits.host_orbits import HostOrbits, Impacts, largest_impulses, response_of
+from nlds_vines.orbits import responses
+from nlds_vines.orbits.compilation import Compilation, Needed
+from nlds_vines.orbits.host_orbits import (
+    HostOrbits,
+    Impacts,
+    energies_of,
+    largest_impulses,
+    response_of,
+)
+from nlds_vines.orbits.load_task import LoadOfOrbit, LoadTask
+from nlds_vines.orbits.solver_settings import chosen_settings
+from nlds_vines.runs.executors import in_pieces
+from nlds_vines.runs.interrupts import check, stoppable
+from nlds_vines.runs.progress import Tell
 
 NEGLIGIBLE = 1e-18  # of a load's coefficients, relative to the largest one: beyond its degree
 PARTS = 32  # equal parts of a cell that is computed again
 LOOKS = 3  # times that a cell is divided
 MOST_LOOKS = 7  # the same at an impact, where E1 may jump: it is then known to 32^-7 of a cell
 RUN_UNDER: Any = getattr(run_host_under, "entry", run_host_under)
+ORBITS_AT_ONCE = 4  # that a thread takes at a time
+
+
+class HostLoads:
+    """The kernels for orbits of a host with dampers under loads; see `load_task.LoadRunner`.
+
+    The numbers of the system in a grid are not checked.
+    """
+
+    def __init__(self, system: General, task: LoadTask, tell: Tell | None = None) -> None:
+        self.system = system
+        self._task = task
+        self._tell = tell
+
+    @stoppable
+    def run(
+        self, grid: Mapping[str, np.ndarray], loads: Sequence[LoadOfOrbit]
+    ) -> dict[str, np.ndarray]:
+        task = self._task
+        pieces = dict[int, dict[str, np.ndarray]]()
+        shared = dict[tuple[int, float], tuple[Cells, int]]()
+        marks = task.times[1:-1] if task.has_histories else np.zeros(0)
+
+        def fly(begin: int, end: int) -> None:
+            for lane in range(begin, end):
+                check()
+                values = [float(column[lane]) for column in grid.values()]
+                one = self.system.with_values(grid, values)
+                load, impulse = loads[lane]
+                if load.acts or impulse:
+                    one = one.under(load)
+                else:
+                    one = one.with_values(["ground.acceleration"], [-1.0])
+                longest = longest_cell(one, task.duration)
+                key = id(load), longest
+                if key not in shared:
+                    shared[key] = cells_of(load, task.duration, longest, marks)
+                cells, drives = shared[key]
+                in_cells = cells.struck(impulse), drives
+                pieces[lane] = self._arrays(one, in_cells)
+
+        needed = Needed("a host", "exact", ())
+        with Compilation(needed, self._tell, helped=False).followed({RUN_UNDER: "orbit"}):
+            in_pieces(fly, len(loads), most=ORBITS_AT_ONCE)
+        lanes = [pieces[lane] for lane in range(len(loads))]
+        return {name: np.concatenate([one[name] for one in lanes]) for name in lanes[0]}
+
+    def _arrays(self, system: General, in_cells: tuple[Cells, int]) -> dict[str, np.ndarray]:
+        """Return the datasets (1, ...) of an orbit of a system `under` its load."""
+        task = self._task
+        settings = chosen_settings("exact", {"tolerance": task.tolerance})
+        orbits = HostOrbits(system, settings.stepped_to)
+        start = orbits.start(task.state[: 2 * orbits.size] or None)
+        strokes = [damper.stroke for damper in system.dampers]
+        orbit = follow_load(orbits, in_cells, start, [*task.of, *strokes])
+        quantities = self._quantities(system, orbits, in_cells, orbit)
+        counts = [np.count_nonzero(orbit.impacts["damper"] == d.name) for d in system.dampers]
+        impact_count = np.array(counts, np.int32)
+        arrays = {name: np.array(values, float) for name, values in quantities.items()}
+        if task.has_histories:
+            places = np.searchsorted(orbit.edges, task.times * (1.0 - 1e-14))
+            histories = self._histories(system, orbits, orbit)
+            arrays |= {name: values[..., places] for name, values in histories.items()}
+        if orbit.status != OK:
+            arrays = {name: np.full_like(values, np.nan) for name, values in arrays.items()}
+            impact_count[:] = -1
+        if system.dampers:
+            arrays["impact_count"] = impact_count
+        arrays["status"] = np.array(orbit.status, np.int8)
+        arrays["violations"] = np.zeros(())
+        arrays = {name: values[np.newaxis] for name, values in arrays.items()}
+        if task.has_histories:
+            arrays["touches"] = _touches(orbit.impacts, system)
+        return arrays
+
+    def _quantities(
+        self, system: General, orbits: HostOrbits, in_cells: tuple[Cells, int], orbit: LoadedOrbit
+    ) -> dict[str, Any]:
+        """Return the quantities `OF_LOADS` but counts: numbers, by displacement or by damper."""
+        E1max, E2max = energies_of(orbit.records, system)
+        quantities: dict[str, Any] = {"E1max": E1max}
+        levels = [share * E1max for share in SHARES]
+        if orbit.status == OK:
+            times = last_times(orbits, in_cells, orbit, levels)
+        else:
+            times = [np.nan] * len(levels)
+        for share, time in zip(SHARES, times, strict=True):
+            quantities[f"last_{100 * share:g}"] = time
+        count = len(self._task.of)
+        for column, name in enumerate(responses.OF_ROWS):
+            quantities[name] = orbit.response[:count, column]
+        if system.dampers:
+            damper, force = orbit.impacts["damper"], orbit.impacts["force"]
+            largest = [force[damper == one.name].max(initial=0.0) for one in system.dampers]
+            quantities["stroke_max"] = orbit.response[count:, 0]
+            quantities["force_max"] = largest
+        if system.masses:
+            quantities["E2max"] = np.where([d.m is None for d in system.dampers], np.nan, E2max)
+        if system.scene.with_rigid_walls:
+            quantities["impulse_max"] = orbit.impulses
+        return quantities
+
+    def _histories(
+        self, system: General, orbits: HostOrbits, orbit: LoadedOrbit
+    ) -> dict[str, np.ndarray]:
+        """Return the histories at the edges of cells."""
+        count = len(orbits.modes)
+        X, V, _ = np.moveaxis(orbit.section.reshape(-1, 3, orbits.size), 1, 0)
+        energy, _ = energies_at(orbits, orbit.section)
+        x, a = np.full((2, len(self._task.of), len(orbit.edges)), np.nan)
+        for i, name in enumerate(self._task.of):
+            row, moved = system.displacement(name)
+            x[i] = combined(orbit.states[:, ::2], row)
+            a[i] = combined(orbit.accelerations, row)
+            if orbits.system.acceleration:
+                a[i] += orbits.system.acceleration * moved * orbit.loads
+        E2, stroke = np.full((2, len(system.dampers), len(orbit.edges)), np.nan)
+        for i, (damper, row) in enumerate(zip(system.dampers, system.rows(), strict=True)):
+            stroke[i] = combined(orbit.states[:, ::2], row)
+            if damper.m is not None:  # dampers with a mass come first
+                k = count + i
+                E2[i] = 0.5 * (damper.m * V[:, k] * V[:, k] + damper.k * X[:, k] * X[:, k])
+        histories = {"E1": energy, "x": x, "a": a}
+        if system.dampers:
+            histories["stroke"] = stroke
+        if system.masses:
+            histories["E2"] = E2
+        return histories
+
+
+def _touches(impacts: np.ndarray, system: General) -> np.ndarray:
+    """Return the impacts (impacts, columns) as numbers, in the columns of `TOUCH_COLUMNS`."""
+    columns = {name: impacts[name] for name in TOUCH_COLUMNS}
+    names = system.damper_names
+    columns["damper"] = np.array([names.index(name) for name in impacts["damper"]], float)
+    columns["wall"] = np.array([SIDES[side] for side in impacts["wall"]], float)
+    return np.array([*columns.values()], float).T
 
 
 class LoadedOrbit(NamedTuple):

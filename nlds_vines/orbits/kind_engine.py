@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
-from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
+from nlds_vines.kernels.watch.observe import Impacts
 from nlds_vines.model.parameters import PHASE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import Preset
 from nlds_vines.orbits import responses, starts
-from nlds_vines.orbits.batch import Kernels, Wanted, at_section, parts_of, room_for, unit_norms
+from nlds_vines.orbits.batch import (
+    Kernels,
+    Wanted,
+    at_section,
+    parts_of,
+    room_for,
+    room_for_impacts,
+    start_state,
+    unit_norms,
+)
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.load_flight import KindLoads
+from nlds_vines.orbits.load_task import LoadTask
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, Violation
 from nlds_vines.orbits.section_map import SectionMap, Variations
 from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import ROUND_OFF, Start, checked_start
+from nlds_vines.orbits.starts import Start
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 
@@ -149,6 +158,9 @@ class KindEngine:
     ) -> SectionMap:
         return SectionMap(self.system, names, settings)
 
+    def load(self, task: LoadTask, tell: Tell | None = None) -> KindLoads:
+        return KindLoads(self.system, task, tell)
+
 
 class Beginning(NamedTuple):
     """A state from which kernels follow an orbit, with the system and the method."""
@@ -253,41 +265,6 @@ class Beginning(NamedTuple):
 def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
     with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
         return run_cell(*arguments)
-
-
-def room_for_impacts(capacity: int) -> Impacts:
-    return Impacts(np.empty((capacity, IMPACT_COLUMNS)), np.zeros(1, np.int64))
-
-
-def start_state(
-    system: Preset, rest: float, start: Sequence[float] | np.ndarray | None
-) -> np.ndarray:
-    """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
-    state = np.zeros(STATE_SIZE)
-    if start is None:
-        return state
-    values = checked_start(start, system.scene.components)
-    state[:2] = values[:2]
-    if system.scene.damper:
-        state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
-    elif system.scene.grounded:
-        state[2], state[3] = values
-    scene, p, limit = system.scene, system.parameters, system.scene.limit
-    for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
-        law = scene.law_at(struck)
-        depth = -math.inf if gap is None else sign * state[2] - gap(p)
-        if law.instant and depth > ROUND_OFF * max(abs(state[2]), abs(values[0])):
-            raise RequestError(
-                f"start: {depth:.3g} m inside the {scene.struck[struck]}, which is rigid under law "
-                f"{law.name!r}"
-            )
-    if limit is not None and state[2] >= limit(p):
-        raise RequestError(
-            f"start = {start!r} is in violation: x1 - x2 = {values[0] - values[2]:g} m, where kind "
-            f"{system.kind!r} ({system.scene.meaning}) needs less than "
-            f"{limit(p) - rest:g} m"
-        )
-    return state
 
 
 # `IMPACT` with its numbers as one array

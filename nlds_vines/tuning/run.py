@@ -350,12 +350,21 @@ def outcome_under(
     orbits = {name: values.ravel() for name, values in grid.items()}
     arrays, shape = numbers_of(tuning.history, system, orbits, tell), grid["draw"].shape
     dataset, place = names_of_numbers(tuning.history)[tuning.search.objective]
-    value = arrays[dataset] if place is None else arrays[dataset][:, place]
-    E2max, impacts = arrays["E2max"], arrays.get("impact_count")
+    missing = np.full(grid["draw"].size, np.nan)
+    value = arrays.get(dataset, missing)
+    if dataset in arrays and place is not None:
+        value = value[:, place]
+    E2max = arrays.get("E2max", missing)
     if E2max.ndim > 1:  # of all dampers
         with np.errstate(invalid="ignore"):
             E2max = np.fmax.reduce(E2max, axis=1, initial=0.0)
-        impacts = np.add.reduce(np.nan_to_num(arrays["impact_count"]), axis=1)
+    impacts = arrays.get("impact_count")
+    if impacts is not None:
+        has_failed = impacts.reshape(len(impacts), -1).min(axis=1) < 0
+        total = np.maximum(impacts, 0).reshape(len(impacts), -1).sum(axis=1)
+        impacts = np.where(has_failed, np.nan, total)
+    if dataset == "impact_count":
+        value = np.where(value < 0, np.nan, value)
     return Outcome(
         value.reshape(shape), E2max.reshape(shape), arrays["status"].reshape(shape),
         arrays["violations"].reshape(shape),

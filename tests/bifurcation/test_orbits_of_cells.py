@@ -15,8 +15,7 @@ from nlds_vines.explore.page_state import Chosen
 from nlds_vines.kernels.cells.cells import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
 from nlds_vines.orbits import batch
-from nlds_vines.orbits.batch import TURN
-from nlds_vines.orbits.kind_engine import start_state
+from nlds_vines.orbits.batch import TURN, start_state
 from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.orbits.starts import user_states
 

@@ -89,15 +89,15 @@ def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(q
     assert np.isnan(alone.numbers["cell.E2max"])
     assert alone.numbers["last_50"] > 0
     assert len(alone.impacts["touch"]) == 0
-    peak = next(p for p in histories.comparison() if p.damper == "two cells")
+    peak = next(p for p in histories.comparison() if p.system == "two cells")
     assert peak.quantity == "roof.x_max"
     assert peak.reduction == pytest.approx(
         1 - both.numbers["roof.x_max"] / alone.numbers["roof.x_max"]
     )
     blows = [p for p in histories.comparison() if p.quantity == "cell.impulse_max"]
-    assert [p.damper for p in blows] == ["two cells"]
+    assert [p.system for p in blows] == ["two cells"]
     assert both.numbers["roof.a_max"] == math.inf  # where rigid walls act
-    tops = {p.damper: p for p in histories.comparison() if p.quantity == "roof.a_max"}
+    tops = {p.system: p for p in histories.comparison() if p.quantity == "roof.a_max"}
     assert tops["none"].value < tops["two cells"].value
     assert math.isnan(tops["two cells"].reduction)
     again = nv.open_archive("q.h5")
@@ -132,6 +132,102 @@ def test_a_scan_of_loads_on_a_host_has_the_numbers_of_single_histories(quake):
     assert sampled.to_dataframe()["cell.gap"].tolist() == [0.03, 0.01]
 
 
+def test_presets_and_general_systems_stand_in_one_archive(quake):
+    """Each has the numbers and histories that it has among its own; what it lacks is filled.
+
+    The first system decides how many times there are, on which round-off of hosts depends.
+    """
+    cells = [cell(), cell("light", 0.02, m=300.0)]
+    general = [nv.System.from_host(FRAME, cells, name="two"),
+               nv.System.from_host(FRAME, name="bare")]  # fmt: skip
+    presets = ["none", "ssul-set6"]
+    task = {"load": "quake.csv", "duration": 6.0, "quiet": True}
+    histories = nv.response_history([*general, *presets], **task, to="all.h5")
+    with nv.read("all.h5") as view:
+        assert view["system"].tolist() == ["two", "bare", "none", "ssul-set6"]
+        assert view["damper"].tolist() == ["cell", "light", "damper"]
+        assert view.dims("E2max") == ("system", "damper")
+        assert view.dims("x1_max") == ("system",)
+        assert view.dims("x") == ("system", "displacement", "time")
+        counts = view["impact_count"]
+        assert counts.dtype == np.int32
+        assert (counts[[1, 2]] == -1).all()
+        assert np.isnan(view["x1_max"][:2]).all()
+        assert np.isnan(view["x_max"][2:]).all()
+        assert "impulse_max" in view  # of rigid walls: of one system
+        assert not np.isfinite(view["impulse_max"][2:]).any()
+    of_presets = nv.response_history(presets, **task)
+    of_general = nv.response_history(general, **task)
+    for name in presets:
+        numbers = of_presets[name].numbers
+        together = {key: histories[name].numbers[key] for key in numbers}
+        assert together == numbers
+        assert histories[name].E2.shape == histories[name].time.shape
+        assert math.isnan(histories[name].numbers["cell.stroke_max"])
+        assert histories[name].numbers["light.impact_count"] == -1
+    for name in ("two", "bare"):
+        alone = of_general[name]
+        together = histories[name]
+        assert {key: together.numbers[key] for key in alone.numbers} == alone.numbers
+        for key in ("touch", "damper", "wall", "speed"):
+            np.testing.assert_array_equal(together.impacts[key], alone.impacts[key])
+        np.testing.assert_array_equal(together.x["roof"], alone.x["roof"])
+        np.testing.assert_array_equal(together.E1, alone.E1)
+        assert np.isnan(together.x1).all()
+    # each is compared with what stands alone and has the quantity
+    reductions = {(p.system, p.quantity): p.reduction for p in histories.comparison()}
+    one, other = histories["two"].numbers, histories["bare"].numbers
+    drift = 1.0 - one["roof.x_max"] / other["roof.x_max"]
+    assert reductions["two", "roof.x_max"] == pytest.approx(drift)
+    assert reductions["ssul-set6", "x1_max"] > 0.0
+    report = [*nv.open_archive("all.h5").lines()]
+    assert any(line.startswith("two: E1 above") and "of light" in line for line in report)
+    assert any("x1 relative to the ground up to" in line for line in report)
+    row = next(line.split() for line in report if line.startswith("bare "))
+    assert row.count("-") == 11
+    shown = histories.plot("motion,roof.x,light.stroke,energy,shares,peaks").axes
+    assert [len(axes.get_lines()) for axes in shown[:3]] == [2, 2, 1]
+    panels = histories.plot("roof.x,motion").axes
+    legend = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert legend == ["two", "bare", "Primary structure alone", "SSul NES, Set 6"]
+    usual = [axes.get_label() for axes in histories.plot().axes]
+    assert usual == ["energy", "motion", "roof.x", "shares"]
+
+
+def test_a_scan_of_presets_and_general_systems(quake):
+    systems = ["tmd", nv.System.from_host(FRAME, [cell()], name="frame")]
+    vary = {"scale": {"values": [1.0, 2.0]}, "cell.gap": {"values": [0.01, 0.03]}}
+    scan = nv.response_history(systems, load="quake.csv", duration=6.0, vary=vary, quiet=True)
+    assert scan["impact_count"].dtype == np.int32
+    assert (scan["impact_count"] == -1).all()
+    assert (scan["cell.impact_count"][0] == -1).all()
+    assert (scan["cell.impact_count"][1] > 0).all()
+    assert scan["x1_max"][0, 0, 0] == scan["x1_max"][0, 0, 1]  # a TMD has no gap
+    single = nv.response_history("tmd", load="quake.csv", duration=6.0, quiet=True)["tmd"]
+    assert scan["E2max"][0, 0, 0] == pytest.approx(single.numbers["E2max"], rel=1e-11)
+    assert np.isnan(scan["E2max"][1]).all()
+    maps = [axes for axes in scan.plot("roof.x_max").axes if axes.get_title()]
+    assert [axes.get_title() for axes in maps] == ["frame"]  # no empty map
+    maps = [axes for axes in scan.plot("E1max").axes if axes.get_title()]
+    assert len(maps) == 2
+
+
+def test_a_host_of_one_floor_is_struck_beside_a_preset(here):
+    """The same structure, damper and walls, from parameters and from parts, struck by one blow."""
+    preset = nv.load_system("tmd")
+    p = preset.parameters
+    host = nv.Host(M=[[p["m1"]]], K=[[p["k1"]]], C=[[p["c1"]]], dofs=["x1"])
+    damper = nv.Damper("damper", "x1", m=p["m2"], k=p["k2"], c=p["c2"])
+    by_hand = nv.System.from_host(host, [damper], name="by hand")
+    load = {"impulse": 300.0, "on": "x1"}
+    histories = nv.response_history([preset, by_hand], load=load, duration=5.0, quiet=True)
+    one, other = histories["tmd"].numbers, histories["by hand"].numbers
+    assert other["x1.x_max"] == pytest.approx(one["x1_max"], rel=1e-10)
+    assert other["damper.E2max"] == pytest.approx(one["E2max"], rel=1e-10)
+    for name in ("E1max", "last_10", "last_50"):
+        assert other[name] == pytest.approx(one[name], rel=1e-9)
+
+
 def test_a_blow_from_a_file_and_a_start_decay(here, answer):
     frame = FRAME.reduced(3)
     Path("frame.toml").write_text(nv.load_response_history(
@@ -155,6 +251,7 @@ def test_a_blow_from_a_file_and_a_start_decay(here, answer):
 
 BLOW = {"load": {"impulse": 1.0, "on": "roof"}}
 QUAKE = {"record": {"times": [0.0, 0.1], "values": [0.0, 1.0], "unit": "g"}}
+FINE = {"record": {"times": [0.0, 0.02], "values": [0.0, 1.0], "unit": "g"}}
 
 
 @pytest.mark.parametrize(
@@ -169,9 +266,13 @@ QUAKE = {"record": {"times": [0.0, 0.1], "values": [0.0, 1.0], "unit": "g"}}
         (None, {**BLOW, "vary": {"cell.q": {"values": [1.0, 2.0]}}}, "unknown parameter 'q'"),
         (None, {**BLOW, "sampling": {"settle": 1.0}}, "the rms of hosts is over all times"),
         (None, {**BLOW, "start": {"state": [1.0]}}, "must be floor1, v_floor1"),
-        ("tmd", BLOW, "on = 'roof' is for hosts"),
-        ("tmd", {"load": {"impulse": 1.0}, "record": {"of": ["roof"]}}, "of = ('roof',) is for"),
-        (["tmd", None], BLOW, "hosts beside other kinds"),
+        ("tmd", BLOW, "on = 'roof': kind 'tmd' takes forces on its structure, x1"),
+        ("tmd", {"load": {"impulse": 1.0}, "record": {"of": ["roof"]}}, "kind 'tmd' names no"),
+        (["tmd", None], BLOW, "on = 'roof': kind 'tmd' takes forces on its structure, x1"),
+        (["tmd", None], {"load": {"impulse": 1.0}}, "on is missing, the degree of freedom"),
+        (["tmd", None], {"load": FINE, "record": {"of": ["rooof"]}}, "did you mean 'roof'"),
+        (["tmd", None], {"load": FINE, "sampling": {"settle": 1.0}}, "the rms of hosts is over"),
+        (["tmd", None], {"load": FINE, "start": {"state": [0.0] * 8}}, "must be x1, v1, x2, v2"),
         (None, {}, "[load] is empty"),
     ],
 )  # fmt: skip

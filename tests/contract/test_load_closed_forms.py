@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
 from nlds_vines.loads.picture import envelope
-from nlds_vines.loads.result import closed_form, energy_after_blow
+from nlds_vines.model.linear_response import closed_form, energy_after_blow
 from nlds_vines.model.loads.loading import Loading
 
 NOISE = {"rms": 0.5, "low": 2.0, "high": 40.0, "tones": 60, "unit": "m/s^2", "seed": 3}

@@ -14,10 +14,9 @@ import nlds_vines as nv
 from nlds_vines.loads import run
 from nlds_vines.loads.picture import draw
 from nlds_vines.loads.request import load_response_history
-from nlds_vines.loads.result import HISTORIES, closed_form
 from nlds_vines.loads.run import arrays_of
-from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.model.quantities import OF_LOADS, SHARES
+from nlds_vines.model.linear_response import closed_form, flow_matrix
+from nlds_vines.model.quantities import HISTORIES, OF_LOADS, SHARES
 from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.page import ONE_COLUMN, TWO_COLUMNS
 from nlds_vines.runs.executors import use_threads
@@ -27,11 +26,13 @@ SHORT = {"duration": 12.0, "quiet": True}
 
 
 def made_up(request, cases, stop, tell=None):
-    """Return invented arrays of the cases: every value is 1."""
+    """Return invented arrays of the cases of presets: every value is 1."""
     count = len(cases)
-    arrays = {entry.name: np.ones(count) for entry in OF_LOADS}
+    has_symbols = [entry for entry in OF_LOADS if entry.dims != ("displacement",)]
+    arrays = {entry.name: np.ones(count, entry.dtype) for entry in has_symbols}
     if not request.vary:
-        arrays |= {name: np.ones((count, len(request.times))) for name in HISTORIES}
+        names = HISTORIES.keys() - {"x", "a", "stroke"}
+        arrays |= {name: np.ones((count, len(request.times))) for name in names}
     return {**arrays, "status": np.zeros(count, int)}
 
 
@@ -106,7 +107,8 @@ def test_status_and_remedy_of_a_failed_damper_are_told(words, ask, refusal, here
     def failed(request, cases, *others):
         arrays = made_up(request, cases, *others)
         if request.case(cases[0])[0].name == "ssbl":
-            arrays = {name: np.full_like(values, np.nan, float) for name, values in arrays.items()}
+            fill = {"f": np.nan, "i": -1}
+            arrays = {k: np.full_like(v, fill[v.dtype.kind]) for k, v in arrays.items()}
             arrays["status"] = np.full(len(cases), max(STATUS))
         return arrays
 
@@ -163,7 +165,7 @@ def test_a_scan_holds_what_single_decays_tell(drawn_and_made_again):
     single = alone["ssul-set6"]
     for name in ("last_1", "x1_max", "share_c2", "impact_count", "stroke_max"):
         assert histories[name][1, 1, 0] == pytest.approx(single.numbers[name], rel=1e-11)
-    assert np.isnan(histories["impact_count"][0]).all()
+    assert (histories["impact_count"][0] == -1).all()
 
 
 @pytest.mark.parametrize(
@@ -539,7 +541,7 @@ def test_dampers_are_compared_in_a_table(here, monkeypatch):
     assert len({len(row) for row in rows}) == 1
     histories.to_csv("table.csv")
     rows = (here / "table.csv").read_text().splitlines()
-    assert rows[:3] == ["damper,quantity,value,unit,reduction", "none,x1_max,0.2,m,nan",
+    assert rows[:3] == ["system,quantity,value,unit,reduction", "none,x1_max,0.2,m,nan",
                         "tmd,x1_max,0.1,m,0.5"]  # fmt: skip
     assert len(rows) == 1 + 3 * 3 + 2 + 1
     (axes,) = histories.plot("peaks").axes
@@ -673,8 +675,8 @@ def test_a_table_gives_the_peaks_of_single_histories():
         peaks = [one.numbers["E1max"] for one in alone.results.values()]
         assert scan["E1max"][:, row].tolist() == pytest.approx(peaks, rel=1e-12)
     with scan.path.read() as view:
-        assert view.dims("E1max") == ("damper", "sample")
-        assert view["damper"].tolist() == ["none", "tmd"]
+        assert view.dims("E1max") == ("system", "sample")
+        assert view["system"].tolist() == ["none", "tmd"]
         assert view["impulse"].tolist() == COLUMNS["impulse"]
     above, counted = scan.plot("E1max:exceedance,E1max").axes
     assert [axes.get_label() for axes in scan.plot().axes] == ["last_50:exceedance", "last_50"]

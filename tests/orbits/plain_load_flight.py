@@ -21,8 +21,7 @@ from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.run import arrays_of
-from nlds_vines.orbits.batch import parts_of
-from nlds_vines.orbits.kind_engine import room_for_impacts
+from nlds_vines.orbits.batch import parts_of, room_for_impacts
 
 mpmath.mp.dps = 30
 END = 3.0  # [s]

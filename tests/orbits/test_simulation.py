@@ -14,7 +14,8 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.orbits import solver_settings as solver
-from nlds_vines.orbits.kind_engine import SHORT, start_state
+from nlds_vines.orbits.batch import start_state
+from nlds_vines.orbits.kind_engine import SHORT
 from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.solver_settings import Settings, checked_tolerance, chosen_settings

@@ -15,6 +15,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import LeftAside
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.orbits.batch import Outcome
+from nlds_vines.orbits.load_flight import KindLoads
 from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
@@ -628,15 +629,15 @@ def test_a_winner_under_a_load_is_disturbed_in_one_way_at_a_time():
 def test_each_orbit_gets_its_parameters_its_load_and_its_noise(monkeypatch):
     seen = []
 
-    def fly(history, system, grid, each, has_histories, tell):
-        for i, (load, _) in enumerate(each):
-            drawn = system.with_(**{name: values[i] for name, values in grid.items()})
+    def computed(self, grid, loads):
+        for i, (load, _) in enumerate(loads):
+            drawn = self.system.with_(**{name: values[i] for name, values in grid.items()})
             seen.append((drawn.parameters, load))
-        failed, nothing = np.full(len(each), TOO_STIFF), np.zeros(len(each))
-        numbers = {"last_1": nothing, "E2max": nothing}
+        failed, nothing = np.full(len(loads), TOO_STIFF), np.zeros(len(loads))
+        numbers = {"last_1": nothing, "E2max": nothing[:, np.newaxis]}
         return {**numbers, "status": failed, "violations": nothing}
 
-    monkeypatch.setattr("nlds_vines.loads.run._fly", fly)
+    monkeypatch.setattr(KindLoads, "run", computed)
     noise = {"noise": {"rms": 2.0, "high": 20.0, "seed": 5}}
     tuning = load_tuning("tmd", {
         "load": noise, "sampling": {"duration": 3.0},

@@ -424,10 +424,12 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
     systems: Any = changes.get("systems", ())
     changes = {key: value for key, value in changes.items() if key != "systems"}
     is_document = isinstance(source, CurveRequest | Mapping)
-    if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
-        # without curves, the file describes a system
-        is_document = "curves" in read_request(source)
     document: Any = source if is_document else _DEFAULTS
+    if isinstance(source, str | os.PathLike) and str(source).endswith(".toml"):
+        written = read_request(source)
+        document, is_document = source, "curves" in written
+        if not is_document:  # the curve of its system, along what it varies, sampled as it says
+            changes = _completed(written, changes)
     if not is_document and not is_given(systems):
         listed = source if isinstance(source, list | tuple) else [source]
         systems = DAMPERS if source is None else listed
@@ -451,6 +453,20 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
         title = ["Response curves", *words, range_in_words(request.axis, request.values)]
         request = replace(request, title=", ".join(title))
     return with_structure_alone(request) if systems else request
+
+
+def _completed(written: Document, changes: Document) -> dict[str, Any]:
+    """Return changes with the usual tables and keys that a file without curves does not have."""
+    completed = dict(changes)
+    for name, usual in _DEFAULTS.items():
+        if name in ("vary", "record"):
+            if name not in written:
+                completed.setdefault(name, usual)
+            continue
+        own = written.get(name, {})
+        missing = {key: value for key, value in usual.items() if key not in own}
+        completed[name] = {**missing, **changes.get(name, {})}
+    return completed
 
 
 def load_curves(

@@ -18,7 +18,11 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import NOT_GIVEN, General, Preset, System, general_from
 
 # of a scan file, of which `load_system` reads `system` and `set`
-FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
+MARKS = (  # keys that only some kinds of request have at the top of their files
+    "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "places",
+    "along", "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
+)  # fmt: skip
+FILE_KEYS = ("title", "system", "set", "start", "search", "sampling", *MARKS)
 SYSTEM_KEYS = (
     "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
     "contact_2",

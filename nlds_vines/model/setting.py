@@ -35,7 +35,13 @@ from nlds_vines.errors import (
     whole,
 )
 from nlds_vines.model.axis import Axis, Samples, samples_of
-from nlds_vines.model.catalog import any_system_from, load_system, read_request, without_hosts
+from nlds_vines.model.catalog import (
+    MARKS,
+    any_system_from,
+    load_system,
+    read_request,
+    without_hosts,
+)
 from nlds_vines.model.parameters import DESCRIBED, flat
 from nlds_vines.model.presets import refuse_contradiction
 from nlds_vines.model.ratios import meant_by
@@ -225,15 +231,20 @@ Document = Mapping[str, Any]  # the content of a TOML file, as nested tables
 # used even from a file for another kind of request
 LENT = ("title", "system", "set", "sampling", "record")
 SHARED = ("start", "search")  # tables with a meaning of their own in each kind of request
-MARKS = (  # keys that only some kinds of request have at the top of their files
-    "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "places",
-    "along", "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
-)  # fmt: skip
-SAMPLING = frozenset(  # all keys of [sampling], of whatever kind of request
-    ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows", "duration", "settle")
-)  # fmt: skip
-RECORD = frozenset(("want", "of"))  # likewise of [record]; `want` marks a scan
+# all keys of tables that several kinds of request have; `want` marks a scan
+KEYS_OF: Mapping[str, frozenset[str]] = {
+    "sampling": frozenset(
+        ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
+         "period_steps", "samples", "windows", "duration", "settle")
+    ),
+    "record": frozenset(("want", "of")),
+    "start": frozenset(("policy", "count", "seed", "state", "phase", "label", "states", "values",
+                        "periods")),
+    "search": frozenset(
+        ("method", "objective", "population", "generations", "polish", "optima", "within", "apart",
+         "seed", "seeds", "draws", "quantile", "doublings", "step", "unstable", "tolerance")
+    ),
+}  # fmt: skip
 ELSEWHERE = {("sampling", "of"): "[record]"}  # keys that belong in another table
 
 
@@ -254,6 +265,7 @@ class Form:
     lists: tuple[str, ...] = ()
     rows: Mapping[str, type] = field(default_factory=dict)  # the classes of arrays of tables
     nested: Collection[str] = ()  # tables in tables of parameters: `tone.omega`
+    without: Collection[str] = ()  # tables of the owners that it does not have
     systems: bool = True  # whether a `System`, or the name of one, may replace a file
     sources: str = "a path, a name, a table or a System"
 
@@ -262,7 +274,8 @@ class Form:
         tables: dict[str, dict[str, Setting]] = {name: {} for name in (*self.names, *self.whole)}
         for owner in self.owners:
             for entry in settings_of(owner).values():
-                tables.setdefault(entry.table, {})[entry.key] = entry
+                if entry.table not in self.without:
+                    tables.setdefault(entry.table, {})[entry.key] = entry
         return tables
 
     @property
@@ -339,14 +352,14 @@ class Form:
             raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
         where, document = str(source), read_request(source)
         foreign = [key for key in document if key in (*MARKS, *SHARED) and key not in self.keys]
-        others = {  # keys of other kinds in tables that this kind has as well
-            name: [key for key in document[name] if key in keys and key not in self.tables[name]]
-            for name, keys in (("sampling", SAMPLING), ("record", RECORD))
-            if name in self.tables and isinstance(document.get(name), Mapping)
-        }
-        if others.get("record") and len(others["record"]) == len(document["record"]):
-            foreign.append("record")
-        if not foreign and not others.get("record"):
+        others: dict[str, list[str]] = {}  # keys of other kinds in tables of this kind as well
+        for name, keys in KEYS_OF.items():
+            if name in self.tables and isinstance(entries := document.get(name), Mapping):
+                own = self.tables[name]
+                others[name] = [key for key in entries if key in keys and key not in own]
+                if name != "sampling" and others[name] and len(others[name]) == len(entries):
+                    foreign.append(name)
+        if not foreign and not any(others[name] for name in others if name != "sampling"):
             return where, document, []
         ours = any(key in MARKS and key in self.keys and self._is_marked(key) for key in document)
         lent = {
@@ -528,7 +541,11 @@ class Merged:
         """Make the request; a warning names the parts of the file for other commands."""
         with at(place):
             request = owner(**values)
+        self.tell_left()
+        return request
+
+    def tell_left(self) -> None:
+        """Warn of the parts of the file that are for other commands."""
         if self.left:
             text = f"{self.layers[0][0]}: left aside here: {', '.join(self.left)}"
-            warnings.warn(text, LeftAside, stacklevel=3)
-        return request
+            warnings.warn(text, LeftAside, stacklevel=4)

@@ -18,10 +18,9 @@ from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
 from nlds_vines.cli.running import RunOptions
-from nlds_vines.errors import RequestError, at, from_text, number, whole
-from nlds_vines.model.catalog import any_system
+from nlds_vines.errors import RequestError, from_text, number, whole
 from nlds_vines.model.parameters import setting_in_words
-from nlds_vines.model.setting import settings_of
+from nlds_vines.model.setting import Form, settings_of
 from nlds_vines.model.system import System
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
@@ -34,6 +33,9 @@ STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
 """Random starts; forcing periods of each that are discarded, and that are sampled then."""
 
 _SAMPLING = {"transient": TRANSIENT, "periods": PERIODS}
+
+FORM = Form("lifetimes", (Scan,), without=("record", "spectrum"))
+"""What is used of a request file: its system, [set] and [sampling]."""
 
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\
@@ -55,10 +57,10 @@ def transient_lifetimes(
     to: str | os.PathLike[str] | None = None,
     starts: int = STARTS,
     seed: int = 0,
-    transient: int = TRANSIENT,
-    periods: int = PERIODS,
-    method: str = "exact",
-    effort: str = "standard",
+    transient: int | None = None,
+    periods: int | None = None,
+    method: str | None = None,
+    effort: str | None = None,
     tolerance: float | str | None = None,
     delay: float = DELAY,
     threads: int | None = None,
@@ -71,16 +73,18 @@ def transient_lifetimes(
     Parameters
     ----------
     system : System, str or path-like, optional
-        A system, its name or TOML file; by default SSul NES Set 6.
+        A system, its name or TOML file; by default SSul NES Set 6.  Of a request file the system,
+        [set] and [sampling] are used.
     to : path-like, optional
         The archive (.h5).  Without it the results stay in memory.
     starts, seed : int
         Number of random starts, and the seed that draws them.
-    transient, periods : int
-        Forcing periods of each orbit, discarded and sampled.  An orbit that has not settled then is
+    transient, periods : int, optional
+        Forcing periods of each orbit, discarded and sampled; by default those of the file, or 4000
+        and 120.  An orbit that has not settled then is
         watched for as many more as `effort` allows.
-    method, effort : str
-        `exact` or `rk4`; `quick`, `standard` or `thorough`.
+    method, effort : str, optional
+        `exact`, the default, or `rk4`; `quick`, `standard`, the default, or `thorough`.
     tolerance : float or str, optional
         Of method exact: a number, `draft`, `standard` (the default) or `fine`.
     delay : float
@@ -110,9 +114,14 @@ def transient_lifetimes(
     >>> ensemble.labels.size, sum(share.count for share in ensemble.shares)
     (20, 20)
     """
-    sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
-    if tolerance is not None:
-        sampling["tolerance"] = tolerance
+    given = {
+        "transient": transient,
+        "periods": periods,
+        "method": method,
+        "effort": effort,
+        "tolerance": tolerance,
+    }
+    sampling = {key: value for key, value in given.items() if value is not None}
     changes = {"start": {"count": starts, "seed": seed}, "sampling": sampling}
     scan = _load(system, changes, "transient_lifetimes")
     archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
@@ -157,21 +166,23 @@ class Job(bifurcation.Job):
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Scan:
     """Return the scan of one cell that computes an ensemble of a system."""
     named = changes.pop("system", None) or (_SYSTEM if source is None else source)
-    system = any_system(named)
-    with at(f"{changes_from}: [set]"):
-        system = system.with_(**changes.pop("set", {}))
+    used: dict[str, Any] = {key: changes.pop(key) for key in ("set", "sampling") if key in changes}
+    document = FORM.read(named, used, changes_from)
+    system: System = document.as_set(document.any_system())
     start = {"policy": "random", "count": STARTS} | changes.pop("start", {})
     count = whole("count", start["count"], 1)
     shown = {**system.drive, **system.contact_in_words}
     words = [system.in_words(), *(setting_in_words(*item) for item in shown.items())]
-    document = {
+    scan = {
         "title": f"{', '.join(words)}: {count} starts",
         "system": system,
         "vary": {"omega": {"values": [system.parameters["omega"]]}},
-        "sampling": _SAMPLING,
+        "sampling": {**_SAMPLING, **document.document.get("sampling", {})},
         "record": {"want": list(_WANT)},
     }
-    return load_scan(document, {**changes, "start": start}, changes_from)
+    request = load_scan(scan, {**changes, "start": start}, changes_from)
+    document.tell_left()
+    return request
 
 
 def _whole(flag: str, words: str, key: str) -> Option:

@@ -20,6 +20,7 @@ from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.response_curves import load_curves
 from nlds_vines.errors import LeftAside, RequestError
 from nlds_vines.loads.request import load_response_history
+from nlds_vines.model import catalog
 from nlds_vines.model import setting as settings
 from nlds_vines.model.loads.loading import ALL
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
@@ -318,9 +319,59 @@ def scan(here):
 def test_all_keys_of_files_are_known():
     forms = [one.form for one in KINDS.values()]
     keys = {*settings.MARKS, *settings.SHARED, *settings.LENT}
-    assert {key for form in forms for key in form.keys} == keys
-    sampling = {key for form in forms for key in form.tables.get("sampling", {})}
-    assert sampling == settings.SAMPLING
+    assert {key for form in forms for key in form.keys} == keys == {*catalog.FILE_KEYS}
+    for name, known in settings.KEYS_OF.items():
+        assert {key for form in forms for key in form.tables.get(name, {})} == known
+
+
+OF_EVERY_TASK = """
+title = "My damper"
+system = "ssul-set6"
+set = { P = 700.0, m2 = 61.0 }
+start = { policy = "rest" }
+sampling = { transient = 50, periods = 20 }
+record = { want = ["energy", "regime"] }
+vary = { C = { start = 0.05, stop = 0.07, num = 5 } }
+load = { half_sine = { peak = 500.0, length = 0.2 } }
+free = { k2 = { low = 100.0, high = 3000.0 } }
+search = { objective = "E1max" }
+along = { omega = { start = 5.0, stop = 7.0 } }
+figure = { log = true }
+"""
+
+LEFT = {
+    "bifurcation": "[load], [free], [search], [along], [figure]",
+    "response-curves": "[load], [free], [search], [along]",
+    "portrait": "[start], [record], [vary], [load], [free], [search], [along], [figure]",
+    "continuation": "[record], [vary], [load], [free], [search], [figure], [sampling]",
+    "tuning": "[start], [record], [vary], [along], [figure]",
+    "transients": "[start], [record], [vary], [load], [free], [search], [along], [figure]",
+    "response-history": "[start], [record], [free], [search], [along], [figure], "
+    "transient of [sampling], periods of [sampling]",
+}
+
+
+@pytest.mark.parametrize("command", LEFT)
+def test_one_file_serves_all_commands_and_what_is_left_aside_is_named(command, here, ask):
+    Path("all.toml").write_text(OF_EVERY_TASK)
+    printed = ask(command, "all.toml", "--dry-run")
+    assert printed.err == f"nlds-vines {command}: all.toml: left aside here: {LEFT[command]}\n"
+    if command in ("bifurcation", "transients"):
+        assert "m2 = 61" in printed.out
+    if command in ("bifurcation", "response-curves", "response-history"):
+        assert "C = 0.05 to 0.07" in printed.out
+    if command in ("bifurcation", "response-curves", "transients"):
+        assert "50 + 20 each" in printed.out
+
+
+@pytest.mark.kernels
+def test_a_system_is_read_from_any_request_file(here):
+    Path("all.toml").write_text(OF_EVERY_TASK)
+    system = nv.load_system("all.toml")
+    assert (system.parameters["P"], system.parameters["m2"]) == (700.0, 61.0)
+    with pytest.warns(LeftAside):
+        lifetimes = nv.transient_lifetimes("all.toml", starts=3, quiet=True)
+    assert (lifetimes.request.transient, lifetimes.request.periods) == (50, 20)
 
 
 @pytest.mark.parametrize("command", ["portrait", "tuning", "continuation"])

@@ -269,13 +269,15 @@ class ArchiveView(Outlined):
         ----------
         *names : str
             Dataset names; by default all with one value for each orbit, and the parameters of
-            samples.
+            samples.  Or one dimension other than those of a scan's cells, "points" of branches,
+            "special" points, "optimum": all datasets along it.
 
         Returns
         -------
         pandas.DataFrame
             The varied parameters and the start, then the datasets: enumerations as words, `section`
-            as x1, v1, x2, v2 with a row for each period.  `attrs` holds the units.
+            as x1, v1, x2, v2 with a row for each period.  Along a dimension, arrays have a column
+            for each entry: state_x1, multipliers_1_real.  `attrs` holds the units.
 
         Raises
         ------
@@ -311,6 +313,8 @@ class ArchiveView(Outlined):
 
     def _columns(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Return the columns of a table by name: first the dimensions, then the datasets."""
+        if len(names) == 1 and (along := self._dimension(names[0])):
+            return self._columns_along(along)
         dims = self.dims("status")
         if not names:  # of random sets, the parameters of each set first
             columns_of_sets = [name for name in self.names if self.dims(name) == ("sample",)]
@@ -328,8 +332,7 @@ class ArchiveView(Outlined):
                     f"{', '.join(rows)}; take it alone"
                 )
             if words:
-                short = {code: word.partition(".")[0] for code, word in words.items()}
-                values = np.vectorize(short.get, otypes=[object])(values)
+                values = _in_words(values, words)
             parts = {name: values}
             if _COMPONENT in dims:
                 last, prefix = np.moveaxis(values, dims.index(_COMPONENT), -1), f"{name}_"
@@ -341,6 +344,42 @@ class ArchiveView(Outlined):
             for column, part in parts.items():
                 columns[column] = np.broadcast_to(part[wide], grid[0].shape).ravel()
         return columns
+
+    def _dimension(self, word: str) -> str:
+        """Return the dimension that a word names, "point" or "points"; "" for any other word.
+
+        Those of cells are none: what lies along one of them lies along the others, too.
+        """
+        of_cells = {*self.axes, "start"}
+        if word in self.names:
+            return ""
+        for name in (word, word.removesuffix("s"), word.removesuffix("es")):
+            if name in self and name not in of_cells and self.dims(name) == (name,):
+                return name
+        return ""
+
+    def _columns_along(self, along: str) -> dict[str, np.ndarray]:
+        """Return the columns of all datasets whose first dimension this is."""
+        columns = {along: self[along]}
+        for name in self.names:
+            first, *others = self.dims(name)
+            if first != along:
+                continue
+            values, words = self[name], self.flags(name)
+            if words:
+                values = _in_words(values, words)
+            for place in np.ndindex(values.shape[1:]):
+                entries = [self[dim][i] for dim, i in zip(others, place, strict=True)]
+                column = "_".join([name, *map(str, entries)])
+                columns[column] = values[(slice(None), *place)]
+        return columns
+
+
+def _in_words(values: np.ndarray, words: Mapping[int, str]) -> np.ndarray:
+    """Return codes of an enumeration as words, without what follows a period in them."""
+    short = {code: word.partition(".")[0] for code, word in words.items()}
+    inside = np.vectorize(short.get, otypes=[object])
+    return np.asarray(inside(values))
 
 
 # ---- paths of archives ---------------------------------------------------------------------------

@@ -20,6 +20,8 @@ examples:
       figure8.csv: one row for each orbit, with every dataset that has one value for it
   nlds-vines export figure8.h5 section label -o sections.csv
       a row for each sampled period: x1, v1, x2, v2, and the label of the orbit
+  nlds-vines export continuation.h5 points
+      a row for each point of the branches; special: for each special point
 exit status: 0 done; 2 wrong request, file error or too little memory
 """
 
@@ -42,7 +44,12 @@ def _carry_out(options: argparse.Namespace) -> int:
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("file", metavar="FILE.h5", help="the archive")
-    add("dataset", nargs="*", metavar="DATASET", help="by default all with a value for each orbit")
+    add(
+        "dataset",
+        nargs="*",
+        metavar="DATASET",
+        help="or points, special ...; by default each with a value for each orbit",
+    )
     add("-o", "--output", metavar="FILE.csv", help="the table [FILE.csv]")
     add("--overwrite", action="store_true", help="replace a file")
     add("--quiet", action="store_true", help="do not print the name of the written file")

@@ -320,6 +320,25 @@ def test_a_task_leaves_a_file_only_where_it_is_named(name, here):
     assert opened.to_xarray().equals(nameless.to_xarray())
 
 
+def test_what_lies_along_a_dimension_is_a_table(here, ask, error_of):
+    """The points of branches in Python and as CSV, beside the attributes of the branch."""
+    found = nv.continue_branch("ssul-set6", "omega", (6.2, 6.4), quiet=True, to="b.h5")
+    (branch,) = found.branches
+    table = found.to_dataframe("points")
+    assert table.equals(found.to_dataframe("point"))
+    assert table["omega"].tolist() == branch.parameter.tolist()
+    assert table["state_v2"].tolist() == branch.states[:, 3].tolist()
+    assert table["multipliers_2_imaginary"].tolist() == branch.multipliers[:, 1].imag.tolist()
+    assert set(table["stable"]) == {"stable"}
+    assert found.to_dataframe("branches").equals(found.to_dataframe("branch"))
+    assert "unknown dataset" in error_of(found.to_dataframe, "points", "label")
+    assert "unknown dataset" in error_of(found.to_dataframe, "special")  # it has none
+    ask("export", "b.h5", "points")
+    head, first, *_ = Path("b.csv").read_text().splitlines()
+    assert head.split(",") == [*table.columns]
+    assert first.split(",")[0] == "0"
+
+
 def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
     options = {"transient": 5, "periods": 3, "samples": 32, "panels": ["phase"]}
     assert nv.orbit_portrait("ssul-set6", quiet=True, **options).axes

@@ -9,9 +9,9 @@ import numpy as np
 
 from nlds_vines.bifurcation import run as running
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import load_portrait
+from nlds_vines.runs.run_options import RunOptions
 from paper.claims import Data
 from paper.claims.measured import Breadth, Motion, scan_of
 from paper.linear import response

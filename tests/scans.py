@@ -4,7 +4,7 @@ import numpy as np
 
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.cli.running import RunOptions
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks
 
 

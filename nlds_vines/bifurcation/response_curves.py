@@ -30,7 +30,6 @@ from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import OF, Scan, load_scan
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import (
     RequestError,
     at,
@@ -74,6 +73,7 @@ from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.style import HUES
+from nlds_vines.runs.run_options import RunOptions
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"

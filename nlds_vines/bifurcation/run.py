@@ -27,7 +27,6 @@ from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_i
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, option
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, least_lifetime
@@ -41,6 +40,7 @@ from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Arrays, Blocks, Expected, Write
 
 if TYPE_CHECKING:

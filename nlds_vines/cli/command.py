@@ -17,12 +17,12 @@ from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath, ArchiveView
 from nlds_vines.cli import running
 from nlds_vines.cli.options import FREQUENCY, Option, Parser, add_settings, comma_separated
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, exit_status_of, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, shown
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks
 
 

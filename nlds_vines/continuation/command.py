@@ -16,7 +16,7 @@ import numpy as np
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
-from nlds_vines.cli.running import RunOptions, existing
+from nlds_vines.cli.running import existing
 from nlds_vines.continuation.request import (
     STARTS,
     Begin,
@@ -27,6 +27,7 @@ from nlds_vines.continuation.request import (
 from nlds_vines.errors import RequestError, at, number, shown
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
+from nlds_vines.runs.run_options import RunOptions
 
 if TYPE_CHECKING:
     from nlds_vines.continuation.result import Continued

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.exploration import Explorer, Piece, Seed
 from nlds_vines.continuation.request import Continuation, Orbit
@@ -33,6 +32,7 @@ from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.orbits.starts import Start
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
 # forcing periods after which a start is classified, and those that are sampled for it

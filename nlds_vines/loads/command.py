@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
-from nlds_vines.cli.running import RunOptions, add_run_options
+from nlds_vines.cli.running import add_run_options
 from nlds_vines.errors import RequestError, at, from_text, table, unknown
 from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
+from nlds_vines.runs.run_options import RunOptions
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.loads.datasets import contents, in_columns, owners_in
 from nlds_vines.loads.request import HistoryRequest, is_of_load
 from nlds_vines.model.loads.loading import Loading
@@ -23,6 +22,7 @@ from nlds_vines.orbits.engine import engine_for
 from nlds_vines.orbits.load_task import LoadOfOrbit, LoadTask
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Arrays, Blocks, Write
 
 BLOCK = 256

@@ -35,6 +35,7 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.runs.executors import most_threads
+from nlds_vines.runs.run_options import RunOptions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -136,7 +137,7 @@ def orbit_portrait(
         request = _load(source, changes, "orbit_portrait")
     path = running.optional_path(to, "to")
     archive, plot = (path, None) if _is_archive(path) else (None, path)
-    how = running.RunOptions(overwrite=overwrite, quiet=quiet)
+    how = RunOptions(overwrite=overwrite, quiet=quiet)
     target = ArchivePath.for_result(archive, _NAME)
     result: Portrait = Job(request, running.request_path(source), target, plot, how).run()
     from nlds_vines.plotting.chosen_panels import let_figures_be_shown

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.classification import lyapunov_spectrum
@@ -21,6 +20,7 @@ from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.result import View, contents
 from nlds_vines.runs.interrupts import check, stoppable
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks, Write
 
 

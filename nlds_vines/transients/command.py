@@ -17,11 +17,11 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.command import of_task
 from nlds_vines.cli.options import SET, SYSTEM, Option
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError, from_text, number, whole
 from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.setting import Form, settings_of
 from nlds_vines.model.system import System
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from nlds_vines.cli.options import (
     numbers,
     spaced,
 )
-from nlds_vines.cli.running import RunOptions, optional_path
+from nlds_vines.cli.running import optional_path
 from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest
@@ -30,6 +30,7 @@ from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.tuning.request import Search, Surface, Tuning, check_installed, load_tuning
 
 if TYPE_CHECKING:

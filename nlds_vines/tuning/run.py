@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
@@ -22,6 +21,7 @@ from nlds_vines.orbits.batch import Outcome
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks, Write
 from nlds_vines.tuning.batch_of_designs import Batch
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of, units_of, values_of

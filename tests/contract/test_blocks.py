@@ -15,11 +15,11 @@ from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.run import writer_of
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.model.system import Preset
 from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks
 from scans import stored, written
 

@@ -29,12 +29,12 @@ from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer, run
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs import executors
 from nlds_vines.runs.executors import Shard, threads_in_use
 from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}

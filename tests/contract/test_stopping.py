@@ -15,11 +15,11 @@ from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.run import writer_of
-from nlds_vines.cli.running import RunOptions
 from nlds_vines.cli.terminal import exit_status_of
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import Interrupted, Stopped, stop_on_signals, stoppable
+from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Blocks, publish
 from scans import stored
 

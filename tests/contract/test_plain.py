@@ -15,6 +15,7 @@ from support import REPO
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
 LONG = (
+    "tests/kernels/plain_host_impact.py",
     "tests/orbits/plain_load_flight.py",
     "tests/kernels/plain_verdict.py",
     "tests/kernels/plain_response.py",

@@ -9,7 +9,7 @@ In reading order:
     host_flight      from a state to the next touch
     host_watch       largest energies and the response of rows, in flight and in contact
     host_variations  derivatives in flight, in contacts, and where the motion jumps
-    host_impact      a short impact by scalars of the gap
+    host_impact      a short impact by scalars of the gap, which acts as a jump
     host_contact     from touch to release, several walls at once
     host_space       the norm of states, and the sections of a record
     host_orbit       the time loop, and the flow from section to section

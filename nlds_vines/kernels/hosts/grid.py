@@ -2,7 +2,8 @@
 
 A period has `cells` smallest cells, 2^levels of which are a coarse one; the propagator of each
 level is the square of that below it. A flight takes the coarsest cell in which no touch is
-possible.
+possible. The cells of one level are the long ones, in which a polynomial of r of degree 31 holds:
+a touch by a motion that only rises is located there, and short impacts are solved with it.
 
 The bound of |r''''| over a cell is a sum over pairs (w x, v) of coordinates and rates. By modes it
 is small for all that are quiet, however fast they are: a bound by the energy would be useless for a
@@ -20,11 +21,14 @@ import numpy as np
 
 from ..motion.flight import FEWEST_CELLS, ORDER, REACH
 from ..numerics.compiling import jit
-from ..numerics.elementary import cos_sin_of_turn, hypotenuse
+from ..numerics.elementary import cos_sin_of_turn, hypotenuse, power_of_two
 from .body import accelerate, along
 
 MOST_HALVINGS = 14
 TERMS_OF_R = (ORDER + 4) // 4 * 4  # coefficients of a polynomial, in whole fours
+LONG_TERMS = 32  # of one over a long cell
+LONG_REACH = 3.0  # longest long cell in units of 1 / rate: 3^32 / 32! = 7e-21
+WINDOW = 3.0  # long cells for which the polynomials' rests are bounded
 BLOCK = 12  # rows of a propagator that `advance` computes at once
 CANCELED = 1.0e-15  # a sum over modes, relative to the sum of their moduli, that is round-off
 
@@ -50,6 +54,10 @@ class HostGrid(NamedTuple):
     scales: Any  # (size,) w of pairs [1/s]: modes, then links of masses
     fourth: Any  # links * (size + D / 2): bounds of |r''''| by norms of pairs, then of the drive's
     polynomials: Any  # links * (N + D) * TERMS_OF_R: Taylor coefficients of r in a smallest cell
+    long: int  # the level of long cells
+    long_polynomials: Any  # links * (N + D) * LONG_TERMS: those in a long cell, whose length is L
+    # (links,) L^32 |r^(32)| over WINDOW long cells, relative to the bound of |r''''| at their start
+    rests: Any
 
 
 @jit
@@ -164,6 +172,39 @@ def growth_of(paired, size):
 
 
 @jit
+def derivative_of(a, row):
+    """Return row A: the row of the rate of what `row` gives."""
+    size = len(row)
+    following, sizes = np.zeros(size), np.zeros(size)
+    for i in range(size):
+        if row[i] != 0.0:
+            for j in range(size):
+                following[j] += row[i] * a[i, j]
+                sizes[j] += abs(row[i] * a[i, j])
+    for j in range(size):  # a force elsewhere does not accelerate r: its modes cancel
+        if abs(following[j]) <= CANCELED * sizes[j]:
+            following[j] = 0.0
+    return following
+
+
+@jit
+def norms_by_pair(body, row, scales, back):
+    """Return the norms of a row by the pairs, and by those of the drive's numbers."""
+    size = body.size
+    norms = np.zeros(size + body.drives // 2)
+    for b in range(size):
+        place = rate = 0.0
+        for i in range(size):
+            place += row[i] * back[i, b]
+            rate += row[size + i] * back[size + i, size + b]
+        place *= 1.0 / scales[b] if scales[b] > 0.0 else 0.0
+        norms[b] = hypotenuse(place, rate)
+    for b in range(size, len(norms)):
+        norms[b] = hypotenuse(row[2 * b], row[2 * b + 1])
+    return norms
+
+
+@jit
 def host_grid(body, stops):
     """Return the `HostGrid` of a body in periods of `stops` parts, and False if it is too fine.
 
@@ -220,49 +261,49 @@ def host_grid(body, stops):
             turn = body.begun + body.turns * (j / count)
             phases[2 * j], phases[2 * j + 1] = cos_sin_of_turn(turn)
 
-    # Taylor coefficients of r over a smallest cell
+    long = 0
+    while long < levels and period / (coarse << long) * fastest > LONG_REACH:
+        long += 1
+    length = h * (1 << (levels - long))
+
+    # Taylor coefficients of r over a smallest and a long cell
     polynomials = np.zeros(links * (N + D) * TERMS_OF_R)
+    long_polynomials = np.zeros(links * (N + D) * LONG_TERMS)
     pairs = size + D // 2
-    fourth = np.zeros(links * pairs)
-    bounded = exponential(growth * (period / coarse))
+    fourth, rests = np.zeros(links * pairs), np.zeros(links)
+    bounded, beyond = exponential(growth * (period / coarse)), exponential(growth * WINDOW * length)
     for link in range(links):
-        row = np.zeros((1, N + D))
+        power, per = np.zeros(N + D), 1.0
         for i in range(size):
-            row[0, i] = body.rows[link * size + i]
-        power, per = row[0].copy(), 1.0
+            power[i] = body.rows[link * size + i]
         fourth_row = power
-        for k in range(ORDER + 1):
+        for k in range(LONG_TERMS):
+            ratio = power_of_two(k * (long - levels))  # of the smallest cell's powers
             for j in range(N + D):
-                polynomials[(link * (N + D) + j) * TERMS_OF_R + k] = per * power[j]
+                at = link * (N + D) + j
+                long_polynomials[at * LONG_TERMS + k] = per * power[j]
+                if k <= ORDER:
+                    polynomials[at * TERMS_OF_R + k] = ratio * per * power[j]
             if k == 4:
                 fourth_row = power.copy()
-            following, sizes = np.zeros(N + D), np.zeros(N + D)
-            for i in range(N + D):
-                if power[i] != 0.0:
-                    for j in range(N + D):
-                        following[j] += power[i] * a[i, j]
-                        sizes[j] += abs(power[i] * a[i, j])
-            for j in range(N + D):  # a force elsewhere does not accelerate r: its modes cancel
-                if abs(following[j]) <= CANCELED * sizes[j]:
-                    following[j] = 0.0
-            power = following
-            per *= h / (k + 1.0)
+            power = derivative_of(a, power)
+            per *= length / (k + 1.0)
         # |r''''| by the norms of pairs at the beginning of a coarse cell
-        by_pair = np.zeros(pairs)
-        for b in range(size):
-            place = rate = 0.0
-            for i in range(size):
-                place += fourth_row[i] * back[i, b]
-                rate += fourth_row[size + i] * back[size + i, b]
-            place *= 1.0 / scales[b] if scales[b] > 0.0 else 0.0
-            by_pair[b] = hypotenuse(place, rate)
-        for b in range(size, pairs):
-            by_pair[b] = hypotenuse(fourth_row[2 * b], fourth_row[2 * b + 1])
+        by_pair = norms_by_pair(body, fourth_row, scales, back)
+        last = norms_by_pair(body, power, scales, back)
+        scale = 1.0
+        for _ in range(LONG_TERMS):
+            scale *= length
         for j in range(pairs):
+            rest = 0.0
             for b in range(pairs):
                 fourth[link * pairs + j] += by_pair[b] * bounded[b, j]
+                rest += scale * last[b] * beyond[b, j]
+            if rest > 0.0:
+                least = fourth[link * pairs + j]
+                rests[link] = max(rests[link], rest / least if least > 0.0 else math.inf)
     grid = HostGrid(
         count, levels, h, fastest, D, columns, propagators, ahead, is_harmonic, body.begun,
-        body.turns, phases, scales, fourth, polynomials,
+        body.turns, phases, scales, fourth, polynomials, long, long_polynomials, rests,
     )  # fmt: skip
     return grid, is_fine

@@ -49,8 +49,16 @@ from ..scene.law import (
 )
 from ..watch.touch import AT_R
 from .body import accelerate, along, differentiate, integrate, move, push_link, put_at_theta
-from .host_flight import LOST_TOUCH, drive_of, note_miss, touch_at, touch_in
-from .host_impact import solve_short
+from .host_flight import (
+    LOST_TOUCH,
+    carry,
+    drive_of,
+    note_miss,
+    place_at,
+    touch_at,
+    touch_in,
+)
+from .host_impact import bounce, deepest, vary_short
 from .host_variations import (
     remember,
     vary_after_impact,
@@ -98,6 +106,8 @@ from .walls import (
 LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
 NEGLIGIBLE = 1.0e-14  # time before a release, in units of 1 / rate
 LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has every fifth alone
+
+NOT_SHORT = -3  # in place of a cell
 
 # Columns of a power of theta in `series`, behind 3 size numbers X, V and the accelerations:
 OF_TOTAL, OF_TIME, OF_DRIVE = range(3)
@@ -497,23 +507,30 @@ ROW_OF_IMPACT = 7
 def begin(host, varied, wall, time, y):
     """Add a wall that is touched at `time` [s] to those in contact, and begin its row."""
     body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
-    active, row = contacts.active, impacts.filled[0]
+    active = contacts.active
     _, s = along(body, walls.links[wall], y, 0)
-    contacts.rows[wall] = row
-    impacts.filled[0] += 1
-    impacts.counts[wall] += 1
-    impacts.slowest[0] = min(impacts.slowest[0], walls.signs[wall] * s)
-    if row < impacts.room:
-        data, at = impacts.data, ROW_OF_IMPACT * row
-        data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan
-        data[at + OF_SPEED] = walls.signs[wall] * s
-        data[at + OF_DEEPEST], data[at + OF_IMPULSE] = 0.0, 0.0
-        data[at + OF_LARGEST] = math.inf if walls.law[wall] == IS_RIGID else 0.0
+    note_touch(walls, contacts, impacts, wall, time, walls.signs[wall] * s)
     active[0] += 1
     active[active[0]] = wall
     contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
     if varied is not None:
         vary_jump(body, walls, contacts, varied, wall, 1.0)
+
+
+@jit
+def note_touch(walls, contacts, impacts, wall, time, speed):
+    """Count an impact, and begin its row."""
+    row = impacts.filled[0]
+    contacts.rows[wall] = row
+    impacts.filled[0] += 1
+    impacts.counts[wall] += 1
+    impacts.slowest[0] = min(impacts.slowest[0], speed)
+    if row < impacts.room:
+        data, at = impacts.data, ROW_OF_IMPACT * row
+        data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan
+        data[at + OF_SPEED] = speed
+        data[at + OF_DEEPEST], data[at + OF_IMPULSE] = 0.0, 0.0
+        data[at + OF_LARGEST] = math.inf if walls.law[wall] == IS_RIGID else 0.0
 
 
 @jit
@@ -902,38 +919,50 @@ def first_event(body, walls, contacts, h, table):
 
 
 @jit
-def follow(host, varied, watch, begun, y):
-    """Follow the walls in contact, at once if it is a short impact; otherwise as `step_contacts`.
+def take_at_once(host, varied, watch, wall, touch, limits, y):
+    """Take a short impact at once; return (j, x) of its release, then of the base of y.
 
-    What a short impact does not tell is noted by steps beside it, which leave the orbit as it is.
+    touch: (j, x, place) as of `fly`; limits: (`stop`, time [s] of the period's beginning). Where
+    it is not short, j is NOT_SHORT, and y is as it was; it is LOST_TOUCH if steps are lost. What a
+    short impact does not tell is noted by steps beside it, which leave the orbit as it is.
     """
-    walls, contacts, impacts, scratch = host.walls, host.contacts, host.impacts, host.scratch
-    (j, x, stop, origin), h, size = begun, host.grid.h, host.body.size
-    wall = contacts.active[1]
-    if contacts.active[0] != 1 or contacts.q[wall] != 0.0:
-        return step_contacts(host, varied, watch, begun, y)
-    drive_of(host.grid, j, x, scratch.drive)
-    left = (stop - j - x) * h
-    took, depth, is_varied = solve_short(host, varied, wall, left, y, scratch.begin)
-    if took == 0.0:
-        return step_contacts(host, varied, watch, begun, y)
+    body, grid, contacts, impacts, scratch = (
+        host.body,
+        host.grid,
+        host.contacts,
+        host.impacts,
+        host.scratch,
+    )
+    (j, x, place), (stop, origin), active = touch, limits, contacts.active
+    is_followed = varied is not None
+    if watch is not None:
+        is_followed = is_followed or watch.is_on[0] > 0.0
+    if is_followed:
+        for i in range(2 * body.size):
+            scratch.touch[i] = y[i]
+    arc, took, distance, places = bounce(host, wall, touch, stop, y)
+    if arc.powers == 0:
+        return NOT_SHORT, 0.0, 0, 0.0
+    begun, begun_x = place_at(grid, j, x, place)
+    time = origin + (begun + begun_x) * grid.h
+    note_touch(host.walls, contacts, impacts, wall, time, arc.s)
     row = contacts.rows[wall]
-    is_watched = watch is not None and watch.is_on[0] > 0.0
-    if is_watched or (varied is not None and not is_varied):
-        contacts.rows[wall] = -1
-        if step_contacts(host, varied, watch, begun, y)[0] == LOST_TOUCH:
-            return LOST_TOUCH, x
-    for i in range(2 * size):
-        y[i] = scratch.begin[i]
-    contacts.active[0], contacts.active[1], contacts.rows[wall] = 1, wall, row
+    if varied is not None and not distance < varied.clearance[0]:
+        is_followed = not vary_short(host, varied, wall, arc, took)
+    if is_followed:
+        carry(body, grid, scratch, (j, x), (begun, begun_x), scratch.touch)
+        active[0], active[1], contacts.rows[wall] = 1, wall, -1
+        contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
+        from_there = begun, begun_x, stop, origin
+        if step_contacts(host, varied, watch, from_there, scratch.touch)[0] == LOST_TOUCH:
+            return LOST_TOUCH, 0.0, 0, 0.0
+        active[0] = 0
     if 0 <= row < impacts.room:
-        at = ROW_OF_IMPACT * row
+        depth, at = deepest(host.short, arc), ROW_OF_IMPACT * row
         impacts.data[at + OF_DEEPEST] = depth
-        impacts.data[at + OF_LARGEST] = walls.constants[wall].K * depth * math.sqrt(depth)
-    release(host, None, 1, origin + (j + x) * h + took, y)
-    at = x + took / h
-    whole = int(at)
-    return j + whole, at - whole
+        impacts.data[at + OF_LARGEST] = host.walls.constants[wall].K * depth * math.sqrt(depth)
+        impacts.data[at + OF_RELEASE] = time + took * arc.tick
+    return places
 
 
 @jit

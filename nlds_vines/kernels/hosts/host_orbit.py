@@ -21,8 +21,9 @@ from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of, no_section
 from ..scene.codes import DIVERGED, OK, STEP_BUDGET, TOO_STIFF
 from ..scene.scene import Span
 from .body import along
-from .grid import host_grid
+from .grid import LONG_TERMS, host_grid
 from .host_contact import (
+    NOT_SHORT,
     OF_DRIVE,
     OF_TOTAL,
     Impacts,
@@ -30,9 +31,10 @@ from .host_contact import (
     begin,
     end_state,
     expand,
-    follow,
     put_on,
+    step_contacts,
     strike,
+    take_at_once,
     width_of,
 )
 from .host_flight import (
@@ -40,16 +42,19 @@ from .host_flight import (
     LOST_TOUCH,
     Scratch,
     advance,
+    carry,
     drive_of,
+    expand_at_touch,
     fly,
     note_misses,
+    place_at,
     put_columns,
 )
 from .host_impact import short_impacts
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
-from .walls import AT_REST, IS_RIGID, hold, press_now, start_of
+from .walls import AT_REST, IS_HERTZ, IS_RIGID, hold, press_now, start_of
 
 MEASURED = 4  # exponents of an orbit without a period, as many as those of one damper's kinds
 # factor by which returns grow if an orbit departs, and periods for which it is looked for
@@ -85,9 +90,9 @@ def host_flow(body, walls, contacts, impacts, stops):
     grid, is_fine = host_grid(body, stops)
     size, links = body.size, body.links
     scratch = Scratch(
-        np.zeros(2 * size), np.zeros(grid.columns), np.zeros(grid.columns),
-        np.zeros(3 * size + body.drives), np.zeros(body.drives), np.zeros(7 * links),
-        np.zeros(COEF + TERMS),
+        np.zeros(2 * size), np.zeros(2 * size), np.zeros(2 * size), np.zeros(grid.columns),
+        np.zeros(grid.columns), np.zeros(3 * size + body.drives), np.zeros(body.drives),
+        np.zeros(8 * links), np.zeros(COEF + TERMS), np.zeros(LONG_TERMS + 8),
     )  # fmt: skip
     short = short_impacts(body, grid, walls, contacts.arc)
     host = PreparedHost(body, grid, walls, contacts, impacts, scratch, short)
@@ -303,15 +308,21 @@ def run_part(host, varied, watch, ends, origin, y):
     """Advance y between two smallest cells of a period that begins at `origin` [s]."""
     body, grid, walls, contacts, _, scratch, _ = host
     (first, stop), touches = ends, 0
-    j, x = first, 0.0
+    is_followed = varied is not None or watch is not None
+    j, x, base, shift = first, 0.0, first, 0.0
     while j < stop:
         if contacts.active[0] == 0:
             begun = j, x
-            for i in range(2 * body.size):
-                scratch.begin[i] = y[i]
-            wall, j, x = fly(body, grid, walls, scratch, None, begun, stop, y)
+            if is_followed:
+                for i in range(2 * body.size):
+                    scratch.begin[i] = y[i]
+                carry(body, grid, scratch, (base, shift), begun, scratch.begin)
+            wall, base, shift, place = fly(
+                body, grid, walls, scratch, None, (j, x, base, shift), stop, y
+            )
             if wall == LOST_TOUCH or touches > MOST_TOUCHES:
                 return STEP_BUDGET
+            j, x = place_at(grid, base, shift, place)
             if varied is not None:
                 vary_flight(body, grid, scratch, varied, begun, (j, x))
             if varied is not None and varied.clearance[0] > 0.0:
@@ -321,15 +332,33 @@ def run_part(host, varied, watch, ends, origin, y):
             if wall == FLOWN:
                 return OK
             touches += 1
+            left = NOT_SHORT, 0.0, 0, 0.0
+            if walls.law[wall] == IS_HERTZ and place > 0.0:
+                if is_followed:
+                    put_columns(body, grid, (base, shift), y, scratch.columns)
+                touch = base, shift, place
+                left = take_at_once(host, varied, watch, wall, touch, (stop, origin), y)
+            if left[0] == NOT_SHORT:
+                carry(body, grid, scratch, (base, shift), (j, x), y)
+            if left[0] == NOT_SHORT and walls.law[wall] == IS_HERTZ:
+                # the polynomial of r from the touch on reaches farther
+                expand_at_touch(body, grid, walls.links[wall], scratch, (j, x), y)
+                left = take_at_once(host, varied, watch, wall, (j, x, 0.0), (stop, origin), y)
+            if left[0] == LOST_TOUCH:
+                return STEP_BUDGET
+            if left[0] != NOT_SHORT:
+                j, x, base, shift = left
+                continue
             time = origin + (j + x) * grid.h
             if walls.law[wall] == IS_RIGID:
                 drive_of(grid, j, x, scratch.drive)
                 strike(host, varied, wall, time, scratch.drive, y)
             else:
                 begin(host, varied, wall, time, y)
-        j, x = follow(host, varied, watch, (j, x, stop, origin), y)
+        j, x = step_contacts(host, varied, watch, (j, x, stop, origin), y)
         if j == LOST_TOUCH:
             return STEP_BUDGET
+        base, shift = j, x
     return OK
 
 

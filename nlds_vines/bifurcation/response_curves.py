@@ -42,7 +42,7 @@ from nlds_vines.errors import (
     unknown,
     whole,
 )
-from nlds_vines.model.catalog import any_system, read_request
+from nlds_vines.model.catalog import any_system, read_request, told_apart
 from nlds_vines.model.parameters import (
     DESCRIBED,
     PARAMETERS,
@@ -441,9 +441,9 @@ def curves_from(source: Source, changes: Document, where: str) -> CurveRequest:
                 any_system(str(one) if isinstance(one, os.PathLike) else one) for one in systems
             ]
         colors, rows = damper_colors([system.name for system in made]), []
-        for i, (system, color) in enumerate(zip(made, colors, strict=True)):
+        labels = told_apart(made)
+        for i, (system, color, label) in enumerate(zip(made, colors, labels, strict=True)):
             line = LINES[i % len(LINES)] if system.scene.damper else "solid"
-            label = system.in_words()
             rows.append({"system": system, "label": label, "color": color, "line": line})
         changes |= {"curves": rows, "panels": [{}]}
     request = load_curves(document, changes, where)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 
 from nlds_vines.archives.files import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table
-from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND
+from nlds_vines.model.parameters import HERTZ, LAWS, PARAMETERS, SECOND, setting_in_words
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import NOT_GIVEN, General, Preset, System, general_from
@@ -117,6 +117,31 @@ def without_hosts(system: System) -> Preset:
             f"kind {system.kind!r} is not possible here; allowed: {', '.join(SCENES)}"
         )
     return system
+
+
+def told_apart(systems: Iterable[System]) -> tuple[str, ...]:
+    """Return the words for systems that stand side by side: each has words of its own.
+
+    Of two that have the same, each gets the name of its file; if that is the same, too, the second
+    is told by the numbers in which it differs from the first, or else is numbered.
+    """
+    systems = tuple(systems)
+    plain = [system.in_words() for system in systems]
+    told: list[str] = []
+    for place, (system, words) in enumerate(zip(systems, plain, strict=True)):
+        alike = [systems[i] for i, other in enumerate(plain) if other == words]
+        if any(other.name != system.name for other in alike):
+            words = f"{words} ({Path(system.name).name})"
+        earlier = [other for other in systems[:place] if other in alike]
+        first = next((other for other in earlier if other.name == system.name), None)
+        if first is not None and system.has_parts_of(first):
+            for name, value in system.changes_from(first).items():
+                is_place = isinstance(value, str | tuple)
+                change = f"{name} = {value}" if is_place else setting_in_words(name, value)
+                words = f"{words}, {change}"
+        number = told.count(words) + 1
+        told.append(words if number == 1 else f"{words} [{number}]")
+    return tuple(told)
 
 
 def looks_like_path(text: str) -> bool:

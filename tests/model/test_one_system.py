@@ -7,6 +7,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
+from nlds_vines.model.catalog import told_apart
 from nlds_vines.model.system import General, Preset
 
 FRAME = nv.shear_frame([1e4] * 3, [8e6] * 3, ratio=0.02)
@@ -72,3 +73,27 @@ def test_a_table_of_an_orbit_has_the_forces_of_a_host():
     assert [*frame][-2:] == ["force.roof", "cell.force"]
     assert frame.attrs["units"]["v_roof"] == "m/s"
     np.testing.assert_allclose(frame["force.roof"], 700.0 * np.cos(12.6 * frame["time"]))
+
+
+def test_systems_side_by_side_are_told_apart(tmp_path):
+    """By names of files, by what differs, and otherwise by numbers; one alone stays as it is."""
+    table = (
+        '[system]\nkind = "host"\nhost = { M = [[1.0]], K = [[1.0]] }\n'
+        "force = { at = { x1 = 1.0 }, omega = 1.0 }\n"
+    )
+    files = [tmp_path / name for name in ("a.toml", "b.toml")]
+    for file in files:
+        file.write_text(table)
+    first, second = (nv.load_system(file) for file in files)
+    words = first.in_words()
+    assert told_apart([first]) == (words,)
+    assert told_apart([first, second]) == (f"{words} (a.toml)", f"{words} (b.toml)")
+    tmd = nv.load_system("tmd")
+    stronger = tmd.with_(P=900.0)
+    assert told_apart([tmd, stronger, tmd, stronger]) == (
+        "Tuned mass damper",
+        "Tuned mass damper, P = 900 N",
+        "Tuned mass damper [2]",
+        "Tuned mass damper, P = 900 N [2]",
+    )
+    assert told_apart([tmd, nv.load_system("ssbl")]) == ("Tuned mass damper", "SSbl NES")

@@ -322,7 +322,7 @@ def test_cases_of_one_page_have_different_names_and_looks():
     tmd = nv.load_system("tmd")
     request = response_curves.curves_from([tmd, tmd.with_(c2=50.0), "none"], {}, "a test")
     *two, alone = request.names
-    assert two == ["Tuned mass damper", "Tuned mass damper [2]"]
+    assert two == ["Tuned mass damper", "Tuned mass damper, c₂ = 50 N s/m"]
     assert alone == "Primary structure alone"
     names = [f"ssul-set{i}" for i in range(1, 7)]
     request = response_curves.curves_from([*names, "tmd", "ssbl"], {}, "test")

@@ -27,6 +27,7 @@ from nlds_vines.errors import whole as whole_number
 Read = TypeVar("Read")
 
 _COMPONENT = "component"  # the dimension whose values, x1, v1, x2, v2, become columns of a table
+OWNERS = ("displacement", "damper")  # those whose values own quantities: columns are roof.x_max
 
 
 def write(
@@ -268,15 +269,16 @@ class ArchiveView(Outlined):
         Parameters
         ----------
         *names : str
-            Dataset names; by default all with one value for each orbit, and the parameters of
-            samples.  Or one dimension other than those of a scan's cells, "points" of branches,
-            "special" points, "optimum": all datasets along it.
+            Dataset names; by default all with one value for each orbit, displacement or damper, and
+            the parameters of samples.  Or one dimension other than those of a scan's cells,
+            "points" of branches, "special" points, "optimum": all datasets along it.
 
         Returns
         -------
         pandas.DataFrame
             The varied parameters and the start, then the datasets: enumerations as words, `section`
-            as x1, v1, x2, v2 with a row for each period.  Along a dimension, arrays have a column
+            as x1, v1, x2, v2 with a row for each period, quantities of displacements and dampers as
+            roof.x_max, cell.E2max.  Along a dimension, arrays have a column
             for each entry: state_x1, multipliers_1_real.  `attrs` holds the units.
 
         Raises
@@ -285,7 +287,11 @@ class ArchiveView(Outlined):
             If the dimensions of the datasets do not fit one table, or a dataset does not exist.
         """
         frame = library("pandas").DataFrame(self._columns(names))
-        units = {name: self.units(name) for name in frame.columns if name in self}
+        units = {}
+        for column in frame.columns:
+            dataset = column if column in self else column.rpartition(".")[2]
+            if dataset in self:
+                units[column] = self.units(dataset)
         frame.attrs = {"title": self.text("title"), "units": units}
         return frame
 
@@ -318,15 +324,17 @@ class ArchiveView(Outlined):
         dims = self.dims("status")
         if not names:  # of random sets, the parameters of each set first
             columns_of_sets = [name for name in self.names if self.dims(name) == ("sample",)]
-            others = [name for name in self.names if self.dims(name) == dims]
+            of_owners = [(*dims, owner) for owner in OWNERS]
+            others = [name for name in self.names if self.dims(name) in (dims, *of_owners)]
             names = (*dict.fromkeys([*columns_of_sets, *others]),)
         longest = max((self.dims(name) for name in names), key=len)
-        rows = tuple(dim for dim in longest if dim != _COMPONENT)
+        of_columns = {_COMPONENT, *OWNERS}
+        rows = tuple(dim for dim in longest if dim not in of_columns)
         grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")
         columns = {dim: values.ravel() for dim, values in zip(rows, grid, strict=True)}
         for name in names:
             dims, values, words = self.dims(name), self[name], self.flags(name)
-            if not {*dims} <= {*rows, _COMPONENT}:
+            if not {*dims} <= {*rows, *of_columns}:
                 raise RequestError(
                     f"{name} has the dimensions {', '.join(dims)}: it cannot stand in a table over "
                     f"{', '.join(rows)}; take it alone"
@@ -340,6 +348,9 @@ class ArchiveView(Outlined):
                     f"{prefix * (name != 'section')}{part}": last[..., i]
                     for i, part in enumerate(self[_COMPONENT])
                 }
+            for owner in {*OWNERS} & {*dims}:
+                last = np.moveaxis(values, dims.index(owner), -1)
+                parts = {f"{one}.{name}": last[..., i] for i, one in enumerate(self[owner])}
             wide = tuple(slice(None) if dim in dims else np.newaxis for dim in rows)
             for column, part in parts.items():
                 columns[column] = np.broadcast_to(part[wide], grid[0].shape).ravel()

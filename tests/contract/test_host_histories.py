@@ -174,6 +174,16 @@ def test_presets_and_general_systems_stand_in_one_archive(quake):
         np.testing.assert_array_equal(together.x["roof"], alone.x["roof"])
         np.testing.assert_array_equal(together.E1, alone.E1)
         assert np.isnan(together.x1).all()
+    table = histories.to_dataframe()
+    assert table["system"].tolist() == ["two", "bare", *presets]
+    assert table["roof.x_max"][0] == histories["two"].numbers["roof.x_max"]
+    assert table["light.impact_count"][0] == histories["two"].numbers["light.impact_count"]
+    assert table["damper.E2max"][3] == histories["ssul-set6"].numbers["E2max"]
+    assert table.attrs["units"]["roof.x_max"] == "m"
+    lines = histories.to_dataframe("x", "x1")
+    assert len(lines) == 4 * len(histories["two"].time)
+    own = lines[lines.system == "two"]
+    np.testing.assert_array_equal(own["roof.x"], histories["two"].x["roof"])
     # each is compared with what stands alone and has the quantity
     reductions = {(p.system, p.quantity): p.reduction for p in histories.comparison()}
     one, other = histories["two"].numbers, histories["bare"].numbers

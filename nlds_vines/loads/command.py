@@ -134,7 +134,7 @@ class Job(commands.Job):
             varied = [f"sampled:  {line}" for line in request.sampled.ranges()]
         return [
             request.title,
-            *(f"system:   {system.in_words()}" for system in request.systems),
+            *(f"system:   {words}" for words in request.words),
             f"load:     {request.load.words() or 'none'}",
             *(f"          {line}" for line in request.load.records_in_words(request.duration)),
             *varied,

@@ -220,9 +220,10 @@ def _drawable(view: ArchiveView) -> ResponseHistories | LoadScan:
 
 def _looks(request: HistoryRequest) -> Iterator[tuple[System, dict[str, Any]]]:
     colors = damper_colors([system.name for system in request.systems])
-    for i, (system, color) in enumerate(zip(request.systems, colors, strict=True)):
+    each = zip(request.systems, colors, request.words, strict=True)
+    for i, (system, color, words) in enumerate(each):
         look = {"color": color, "linestyle": _LINES[i % len(_LINES)], "linewidth": 1.0}
-        yield system, {"label": typeset(system.in_words()), **look}
+        yield system, {"label": typeset(words), **look}
 
 
 def _each(
@@ -313,7 +314,8 @@ def envelope(
 def _shares(axes: Axes, histories: ResponseHistories) -> None:
     """Draw a bar for each system: the shares of the supplied energy by what dissipated them."""
     systems = _with_shares(histories)
-    words = [system.in_words() for system in systems]
+    of_system = dict(zip(histories.results, histories.request.words, strict=True))
+    words = [of_system[system.name] for system in systems]
     names = ["\n".join(map(typeset, textwrap.wrap(name, _NAME))) for name in words]
     shares = [shares_of(histories[system.name]) for system in systems]
     left = [0.0] * len(names)
@@ -513,7 +515,7 @@ def _map(axes: Axes, scan: LoadScan, name: str, number: int) -> QuadMesh:
     if logarithmic(y.values):
         axes.set_yscale("log")
     axes.set(xlabel=_axis(scan.request, x.name), ylabel=_axis(scan.request, y.name))
-    axes.set_title(typeset(scan.request.systems[number].in_words()), fontsize=9)
+    axes.set_title(typeset(scan.request.words[number]), fontsize=9)
     return mesh
 
 

@@ -24,7 +24,7 @@ from nlds_vines.errors import (
     string,
 )
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
-from nlds_vines.model.catalog import any_system, any_system_from
+from nlds_vines.model.catalog import any_system, any_system_from, told_apart
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
 from nlds_vines.model.parameters import DESCRIBED, LAWS, flat
 from nlds_vines.model.setting import (
@@ -207,6 +207,11 @@ class HistoryRequest(Request):
                 )
 
     @property
+    def words(self) -> tuple[str, ...]:
+        """The words for each system in reports and pictures, all different."""
+        return told_apart(self.systems)
+
+    @property
     def columns(self) -> Mapping[str, np.ndarray]:
         """The values of all that varies by name: those of each axis, or the columns of samples."""
         if self.sampled is not None:
@@ -384,8 +389,8 @@ def load_response_history(
         words = "Blows" if any(map(is_of_load, names)) else "Free decay"
         if load != Loading():
             words = load.words()
-        dampers = ", ".join(map(System.in_words, systems))
-        title = f"{words[0].upper()}{words[1:]}: {dampers}{over}"[:MOST_CHARACTERS]
+        names_of_systems = ", ".join(told_apart(systems))
+        title = f"{words[0].upper()}{words[1:]}: {names_of_systems}{over}"[:MOST_CHARACTERS]
     return request.make(
         HistoryRequest, request.origin("load"), **request.of(HistoryRequest), title=title,
         systems=systems, load=load, vary=axes, sampled=sampled,

@@ -231,8 +231,8 @@ class ResponseHistories(Csv, Drawable):
         """Yield the title, the records, a line for each system, and of several the comparison."""
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
-        for system, history in zip(self.request.systems, self.results.values(), strict=True):
-            words = system.in_words()
+        each = zip(self.request.systems, self.request.words, self.results.values(), strict=True)
+        for system, words, history in each:
             if history.status != OK:
                 status = STATUS[history.status]
                 yield f"{words}: {status.name}. {status.remedy}"
@@ -329,11 +329,11 @@ class LoadScan(Drawable):
         finite = [name for name, values in self.numbers.items() if np.isfinite(values).any()]
         for name in finite[:1]:
             values = self.numbers[name]
-            for system, row in zip(self.request.systems, values, strict=True):
+            for words, row in zip(self.request.words, values, strict=True):
                 finite = row[np.isfinite(row)]
                 span = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "none"
                 orbits = f"{finite.size} of {row.size} orbits"
-                yield f"{system.in_words()}: {name} from {span} in {orbits}"
+                yield f"{words}: {name} from {span} in {orbits}"
         codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
             status = STATUS[code]

@@ -685,3 +685,19 @@ def test_a_table_gives_the_peaks_of_single_histories():
     (axes,) = scan.plot("E1max:k1").axes
     for line, values in zip(axes.lines, scan["E1max"], strict=True):
         np.testing.assert_array_equal(line.get_xydata().T, [COLUMNS["k1"], values])
+
+
+def test_two_systems_without_titles_are_told_by_their_files(here, monkeypatch):
+    monkeypatch.setattr(run, "arrays_of", made_up)
+    parameters = nv.load_system("tmd").parameters
+    for name in ("soft", "stiff"):
+        values = "\n".join(f"{key} = {value}" for key, value in parameters.items())
+        (here / f"{name}.toml").write_text(
+            f'[system]\nkind = "tmd"\n[system.parameters]\n{values}\n'
+        )
+    histories = nv.response_history(["soft.toml", "stiff.toml"], impulse=9.0, quiet=True)
+    of_systems = [line for line in [*histories.lines()][1:] if ": x1 up to" in line]
+    words = [line.partition(":")[0] for line in of_systems]
+    assert [one.rpartition(" ")[2] for one in words] == ["(soft.toml)", "(stiff.toml)"]
+    legend = histories.plot("energy").axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in legend][:2] == words

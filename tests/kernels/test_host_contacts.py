@@ -1,5 +1,6 @@
 """Contacts of hosts that overlap, hold, or begin in touch: beside laws of nature and SciPy."""
 
+import itertools
 import math
 
 import numpy as np
@@ -216,6 +217,44 @@ def test_two_rigid_walls_without_clearance_join_their_bodies():
         joined = nv.simulate(one, 12, quiet=True)
         assert orbit.state[:2] == pytest.approx(joined.state, abs=1e-10)
         assert orbit.state[2:] == pytest.approx(joined.state, abs=1e-10)
+
+
+@pytest.mark.parametrize("order", [*itertools.permutations(range(3))])
+@pytest.mark.parametrize("law", [{"K": 1e6}, {"law": "linear", "kc": 1e4, "cc": 10.0}])
+def test_walls_that_are_touched_at_one_instant_touch_no_others(order, law):
+    """Beside a wall that holds, and another one on the far side; each system as alone."""
+    rigid = {"law": "restitution", "e": 0.7}
+    hold = nv.Wall(-0.5, law="restitution", e=0.0)
+    parts = [
+        ("h", 1.0, 1.0, 0.2, 0.4, {"attached_to": ("h", "ground"), "walls": [hold]}),
+        ("x", 10.0, 400.0, 6.0, 40.0, {"m": 2.0, "k": 60.0, "c": 1.0}),
+        ("y", 10.0, 400.0, 6.0, 40.0, {"m": 2.0, "k": 60.0, "c": 1.0}),
+    ]
+    parts[1][-1].update(attached_to="x", walls=[nv.Wall(0.05, **law)])
+    walls = [nv.Wall(0.05, **rigid), nv.Wall(0.06, "-", **rigid)]
+    parts[2][-1].update(attached_to="y", walls=walls)
+
+    def orbit_of(parts):
+        dofs, masses, springs, dashpots, forces, dampers = zip(*parts, strict=True)
+        host = nv.Host(np.diag(masses), np.diag(springs), np.diag(dashpots), dofs=dofs)
+        named = [nv.Damper(f"on {dof}", **one) for dof, one in zip(dofs, dampers, strict=True)]
+        force = dict(zip(dofs, forces, strict=True))
+        system = nv.System.from_host(host, named, force=force, omega=5.5)
+        start = np.zeros(len(system.scene.components))
+        for i, name in enumerate(system.scene.components):
+            start[i] = -0.5 if name == "h" else 0.0
+        orbit = nv.simulate(system, 2, start=start, tolerance=1e-12, quiet=True)
+        state = dict(zip(system.scene.components, orbit.state.tolist(), strict=True))
+        return state, orbit.impacts
+
+    together, impacts = orbit_of([parts[i] for i in order])
+    touches = impacts["touch"][impacts["touch"] > 0.0]
+    assert touches[0] == touches[1]
+    assert (impacts["speed"] >= 0.0).all()
+    for part in parts:
+        alone, own = orbit_of([part])
+        assert {name: together[name] for name in alone} == pytest.approx(alone, abs=1e-9)
+        assert np.count_nonzero(impacts["damper"] == f"on {part[0]}") == len(own)
 
 
 PAIRED = [

@@ -47,7 +47,7 @@ from ..scene.law import (
     WEIGHT,
     product,
 )
-from ..watch.touch import AT_R
+from ..watch.touch import AT_R, NOWHERE
 from .body import accelerate, along, differentiate, integrate, move, push_link, put_at_theta
 from .host_flight import (
     LOST_TOUCH,
@@ -287,13 +287,24 @@ def place_of(S, column, width, x, value):
 def first_zero(k, column, sign, level, x, table):
     """Return the first theta in [0, x], in units, at which sign times a column rises to a level.
 
-    Beyond x if there is none, negative if it is lost.
+    Infinite if there is none, negative if it is lost.
     """
     power = 1.0
     for n in range(HIGHEST + 1):
         table[AT_R + 4 * n] = power * k[SERIES + COLUMNS * n + column]
         power *= x
-    return x * touch_at(sign, level, 1.0, table)
+    return place_in(touch_at(sign, level, 1.0, table), x)
+
+
+@jit
+def place_in(place, x):
+    """Return the theta of a place in [0, x], as `touch_at` returns it.
+
+    Infinite without a touch, also if x is 0, and negative if it is lost.
+    """
+    if place == NOWHERE:
+        return math.inf
+    return x * place if place >= 0.0 else place
 
 
 @jit
@@ -325,10 +336,10 @@ def first_rise(body, walls, contacts, wall, x, table):
     most = expand_r_by_theta(body, walls, S, wall, x, table)
     sign, gap = walls.signs[wall], walls.gaps[wall]
     if sign * table[AT_R] + most < gap:
-        return 2.0 * x, 0.0
+        return math.inf, 0.0
     place = touch_in(walls, wall, 1.0, table)
     if walls.law[wall] == IS_RIGID or not 0.0 <= place <= 1.0:
-        return x * place, 0.0
+        return place_in(place, x), 0.0
     size, width, at = body.size, width_of(body), walls.links[wall] * body.size
     s = 0.0
     for i in range(size):
@@ -338,7 +349,7 @@ def first_rise(body, walls, contacts, wall, x, table):
         depth, _ = start_of(walls, wall, external, 0.0)
         if s < math.sqrt(2.0 * external) * math.sqrt(depth):
             expand_r_by_theta(body, walls, S, wall, x, table)
-            return x * touch_at(sign, gap + depth, 1.0, table), depth
+            return place_in(touch_at(sign, gap + depth, 1.0, table), x), depth
     return x * place, 0.0
 
 
@@ -901,7 +912,8 @@ def first_event(body, walls, contacts, h, table):
             x, deep = first_rise(body, walls, contacts, wall, h, table)
             if x < 0.0:
                 return x, event, place, depth
-            if x < h or (x == h and place == 0):
+            is_free = event == ENDS and place == 0  # whether the step ends without an event
+            if x < h or (x == h and is_free):
                 h, event, place, depth = x, TOUCHED, wall, deep
     if is_held:
         smooth_forces(body, walls, contacts, h)

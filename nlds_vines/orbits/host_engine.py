@@ -196,7 +196,9 @@ class HostBeginning(NamedTuple):
         if "response" in record:
             rows = self.of or system.displacements((), record)
         records: Any = orbits.records("energy" in record, rows)
-        code, section, impacts, _ = follow_host(orbits, state, span, notice(quiet), records)
+        code, section, impacts, _ = follow_host(
+            orbits, state, span, notice(quiet), records, has_depths="impacts" in record
+        )
         if code != OK:
             raise IntegrationError.of(system, code)
         states, results = orbits.states(section), dict[str, Any]()

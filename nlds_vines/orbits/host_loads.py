@@ -263,7 +263,7 @@ def _run_under(
     section, room = np.zeros((len(load.edges), 3 * orbits.size)), 1024
     start, tops, peaks = state.copy(), load.tops.copy(), records.peaks.copy()
     while True:
-        impacts, how = orbits.room_for(room), (orbits.body, orbits.walls, orbits.contacts())
+        impacts, how = orbits.room_for(room, True), (orbits.body, orbits.walls, orbits.contacts())
         code = RUN_UNDER(*how, load, state, section, impacts, records)
         if code != OK or impacts.filled[0] <= room:
             return code, section, impacts

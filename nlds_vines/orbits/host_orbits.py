@@ -180,17 +180,24 @@ class HostOrbits:
         )
 
     def follow(
-        self, state: np.ndarray, span: Span, records: HostRecords | None = None, noted: int = 0
+        self,
+        state: np.ndarray,
+        span: Span,
+        records: HostRecords | None = None,
+        noted: int = 0,
+        has_depths: bool = False,
     ) -> tuple[int, np.ndarray, Impacts]:
         """Integrate an orbit; return its status, the sections and the impacts.
 
         The sections are those after the transient, and before them those of `noted` periods.  The
-        state and the records are advanced in place.
+        state and the records are advanced in place.  Largest depths and forces of impacts take time
+        of their own; otherwise they have no meaning.
         """
         room, start = 64 + IMPACTS_EXPECTED * span.periods, state.copy()
         section = np.zeros(((noted + span.periods) * span.stops, 2 * self.size))
         while True:
-            impacts, how = self.room_for(room), (self.body, self.walls, self.contacts())
+            impacts = self.room_for(room, has_depths)
+            how = self.body, self.walls, self.contacts()
             code = run_host(*how, span, state, section, impacts, records)
             if code != OK or impacts.filled[0] <= room:
                 return code, section, impacts
@@ -199,11 +206,12 @@ class HostOrbits:
             if records is not None:
                 records.peaks[:], records.squares[:] = 0.0, 0.0
 
-    def room_for(self, count: int) -> Impacts:
+    def room_for(self, count: int, has_depths: bool) -> Impacts:
         data, filled = np.zeros(count * ROW_OF_IMPACT), np.zeros(1, np.int64)
         counts = np.zeros(self.walls.number, np.int64)
         hardest = np.zeros(self.walls.number)
-        return Impacts(data, filled, count, counts, np.full(1, np.inf), hardest)
+        slowest = np.full(1, np.inf)
+        return Impacts(data, filled, count, counts, slowest, hardest, has_depths)
 
     def is_struck(self, records: HostRecords, impacts: Impacts) -> np.ndarray:
         """Return True for the rows (rows,) of `records` whose rates a rigid wall lets jump.
@@ -336,6 +344,7 @@ def follow_host(
     tell: Tell | None,
     records: HostRecords | None = None,
     effort: str = "",
+    has_depths: bool = False,
 ) -> tuple[int, np.ndarray, Impacts, np.ndarray]:
     """Integrate an orbit as `HostOrbits.follow_judged` does, and report what is compiled.
 
@@ -346,7 +355,7 @@ def follow_host(
     with Compilation(needed, tell, helped=False).followed(kernels):
         if effort:
             return orbits.follow_judged(state, span, effort, records)
-        return (*orbits.follow(state, span, records), np.zeros(0))
+        return (*orbits.follow(state, span, records, has_depths=has_depths), np.zeros(0))
 
 
 def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:

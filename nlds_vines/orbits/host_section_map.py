@@ -178,10 +178,11 @@ class HostSectionMap(SectionMap):
             assert orbits is not None
             watched = orbits.records(True, ())
             assert watched is not None
-            _, _, impacts = orbits.follow(state, Span(0, n, 1), watched)
+            _, _, impacts = orbits.follow(state, Span(0, n, 1), watched, has_depths=True)
             rows = rows_of(impacts)
             if np.isnan(rows).any():  # a contact under way at phase zero ends in the next period
-                _, _, impacts = orbits.follow(place[: self.size].copy(), Span(0, n + 1, 1))
+                state = place[: self.size].copy()
+                _, _, impacts = orbits.follow(state, Span(0, n + 1, 1), has_depths=True)
                 rows = rows_of(impacts)
                 rows = rows[rows[:, OF_TOUCH] < n * orbits.body.period]
             E1, E2 = energies_of(watched, orbits.system)

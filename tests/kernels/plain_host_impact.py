@@ -40,7 +40,7 @@ SYSTEMS = {
 
 def flow_of(name):
     orbits = HostOrbits(SYSTEMS[name])
-    return host_flow(orbits.body, orbits.walls, orbits.contacts(), orbits.room_for(0), 1)[0]
+    return host_flow(orbits.body, orbits.walls, orbits.contacts(), orbits.room_for(0, False), 1)[0]
 
 
 @pytest.fixture(params=SYSTEMS)

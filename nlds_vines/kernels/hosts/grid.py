@@ -30,6 +30,7 @@ LONG_TERMS = 32  # of one over a long cell
 LONG_REACH = 3.0  # longest long cell in units of 1 / rate: 3^32 / 32! = 7e-21
 WINDOW = 3.0  # long cells for which the polynomials' rests are bounded
 BLOCK = 12  # rows of a propagator that `advance` computes at once
+MOST_GROWN = 1000  # terms of a series; some 3 |growth| time are needed
 CANCELED = 1.0e-15  # a sum over modes, relative to the sum of their moduli, that is round-off
 
 
@@ -205,6 +206,28 @@ def norms_by_pair(body, row, scales, back):
 
 
 @jit
+def grown(weights, growth, time):
+    """Return weights exp(growth time), of numbers that are not negative, by the Taylor series."""
+    count, k = len(weights), 0
+    term, total, largest = weights.copy(), weights.copy(), 1.0
+    while largest > 0.0 and k < MOST_GROWN:
+        k += 1
+        following, largest = np.zeros(count), 0.0
+        for i in range(count):
+            if term[i] != 0.0:
+                factor = term[i] * (time / k)
+                for j in range(count):
+                    following[j] += factor * growth[i, j]
+        term = following
+        for j in range(count):
+            before = total[j]
+            total[j] += term[j]
+            if total[j] != before:
+                largest = 1.0
+    return total
+
+
+@jit
 def host_grid(body, stops):
     """Return the `HostGrid` of a body in periods of `stops` parts, and False if it is too fine.
 
@@ -271,7 +294,6 @@ def host_grid(body, stops):
     long_polynomials = np.zeros(links * (N + D) * LONG_TERMS)
     pairs = size + D // 2
     fourth, rests = np.zeros(links * pairs), np.zeros(links)
-    bounded, beyond = exponential(growth * (period / coarse)), exponential(growth * WINDOW * length)
     for link in range(links):
         power, per = np.zeros(N + D), 1.0
         for i in range(size):
@@ -290,18 +312,17 @@ def host_grid(body, stops):
             per *= length / (k + 1.0)
         # |r''''| by the norms of pairs at the beginning of a coarse cell
         by_pair = norms_by_pair(body, fourth_row, scales, back)
-        last = norms_by_pair(body, power, scales, back)
+        bounds = grown(by_pair, growth, period / coarse)
         scale = 1.0
         for _ in range(LONG_TERMS):
             scale *= length
+        by_pair = norms_by_pair(body, power, scales, back)
+        beyond = grown(by_pair, growth, WINDOW * length)
         for j in range(pairs):
-            rest = 0.0
-            for b in range(pairs):
-                fourth[link * pairs + j] += by_pair[b] * bounded[b, j]
-                rest += scale * last[b] * beyond[b, j]
-            if rest > 0.0:
-                least = fourth[link * pairs + j]
-                rests[link] = max(rests[link], rest / least if least > 0.0 else math.inf)
+            fourth[link * pairs + j] = bounds[j]
+            if beyond[j] > 0.0:
+                rest = scale * beyond[j] / bounds[j] if bounds[j] > 0.0 else math.inf
+                rests[link] = max(rests[link], rest)
     grid = HostGrid(
         count, levels, h, fastest, D, columns, propagators, ahead, is_harmonic, body.begun,
         body.turns, phases, scales, fourth, polynomials, long, long_polynomials, rests,

@@ -508,6 +508,7 @@ class Impacts(NamedTuple):
     counts: Any  # (walls,) of impacts that have begun
     slowest: Any  # (1,) smallest approach speed so far [m/s]
     hardest: Any  # (walls,) largest impulse of a rigid wall so far [N s]
+    has_depths: bool  # whether the largest depths and forces of compliant walls are recorded
 
 
 OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST, OF_IMPULSE = range(7)
@@ -783,7 +784,7 @@ def is_noted(contacts, impacts, watch):
     takes = watch is not None and watch.is_on[0] > 0.0
     for c in range(contacts.active[0]):
         row = contacts.rows[contacts.active[1 + c]]
-        takes = takes or 0 <= row < impacts.room
+        takes = takes or (impacts.has_depths and 0 <= row < impacts.room)
     return takes
 
 
@@ -791,7 +792,7 @@ def is_noted(contacts, impacts, watch):
 def note_step(walls, contacts, impacts, x, table):
     """Raise the largest force and depth of the impacts under way by those of a step."""
     active, data = contacts.active, impacts.data
-    for c in range(active[0]):
+    for c in range(active[0] if impacts.has_depths else 0):
         wall = active[1 + c]
         row = contacts.rows[wall]
         if 0 <= row < impacts.room and walls.law[wall] != IS_RIGID:
@@ -969,11 +970,13 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
         if step_contacts(host, varied, watch, from_there, scratch.touch)[0] == LOST_TOUCH:
             return LOST_TOUCH, 0.0, 0, 0.0
         active[0] = 0
+    at = ROW_OF_IMPACT * row
     if 0 <= row < impacts.room:
-        depth, at = deepest(host.short, arc), ROW_OF_IMPACT * row
+        impacts.data[at + OF_RELEASE] = time + took * arc.tick
+    if 0 <= row < impacts.room and impacts.has_depths:
+        depth = deepest(host.short, arc)
         impacts.data[at + OF_DEEPEST] = depth
         impacts.data[at + OF_LARGEST] = host.walls.constants[wall].K * depth * math.sqrt(depth)
-        impacts.data[at + OF_RELEASE] = time + took * arc.tick
     return places
 
 

@@ -182,34 +182,38 @@ def fill_kicks(body, grid, walls, short, wall):
         if k < LONG_TERMS:
             short.norms[of_norms + k] = pair_norm(body, grid, state) / largest
             for i in range(2 * size):
-                short.kicks[first + k * short.rows + i] = state[i] / g[0]
+                short.kicks[first + k * short.rows + i] = state[i] * (1.0 / g[0])
         accelerate(body, state, 0, 0.0, rates, 0)
         for i in range(size):
             state[i] = length * state[size + i]
             state[size + i] = length * rates[i]
+    per = 1.0 / g[0]
+    for k in range(WEIGHTS):
+        g[k] *= per
+    power, known = 1.0, LEAST_POWERS + 3  # of q; w_m from there on are below q^m
     for k in range(WEIGHTS):
         total = 1.0 if k == 0 else 0.0
         for i in range(k):
-            total -= g[k - i] / g[0] * inverse[i]
+            total -= g[k - i] * inverse[i]
         inverse[k] = total
         short.weights[row + k] = -total
-        power = 1.0
-        for _ in range(k):
-            power *= short.growths[wall]
-        if k > LEAST_POWERS + 2 and abs(total) > power:
+        power *= short.growths[wall]
+        if k >= known and abs(total) > power:
             short.growths[wall] = exp(log(abs(total)) / k)
+            power = abs(total)
     # beyond WEIGHTS |w_m| <= q^m if the sum of |g_k / g_0| q^-k is at most 1; the rest of the sum
     # is that of C (rate / q)^k
     rate = grid.rate * length
     growth, total = FASTER * rate, math.inf
-    rest = reach * largest / g[0]
+    rest = reach * largest * per
     for _ in range(WEIGHTS):
-        rest /= FASTER
+        rest *= 1.0 / FASTER
     rest /= 1.0 - 1.0 / FASTER
     while total + rest > 1.0 and growth < MOST_GROWTH:
         total, growth = 0.0, 1.25 * growth
+        back = 1.0 / growth
         for k in range(WEIGHTS - 1, 0, -1):
-            total = (total + abs(g[k] / g[0])) / growth
+            total = (total + abs(g[k])) * back
     short.reaches[wall] = SUM_OF_WEIGHTS / growth
     # span^32 / 32! times the norm of A^32 b, and a factor for those of more powers
     last = max(2.0 * rate * short.norms[of_norms + LONG_TERMS - 1], TINIEST)

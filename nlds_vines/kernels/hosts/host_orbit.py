@@ -81,7 +81,9 @@ class HostFlow(NamedTuple):
 def no_impacts(walls):
     """Return `Impacts` that only count."""
     counts, hardest = np.zeros(walls.number, np.int64), np.zeros(walls.number)
-    return Impacts(np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf), hardest)
+    return Impacts(
+        np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf), hardest, False
+    )
 
 
 @jit

@@ -31,13 +31,13 @@ from scipy.linalg import expm
 from benchmarks.cases import spent
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
+from nlds_vines.engine.batch import Kernels, Wanted
+from nlds_vines.engine.kind_engine import start_state
+from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.kind_engine import start_state
-from nlds_vines.orbits.solver_settings import chosen_settings
 from paper.linear import response, steady_state
 
 PERIODS = 20

@@ -20,10 +20,10 @@ import numpy as np
 from benchmarks.cases import orbits, spent
 from nlds_vines.archives.files import write_text
 from nlds_vines.cli.terminal import table
+from nlds_vines.engine.classification import classify
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits.classification import classify
-from nlds_vines.orbits.simulation import simulate
 
 HERTZ = load_system("ssul-set6")
 SOFT = 1e6  # N/m: an impact at 1 m/s under the linear law is then about as long as Hertz' here

@@ -17,10 +17,10 @@ from benchmarks.cases import spent
 from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.terminal import DONE, say, table
+from nlds_vines.engine.records import possible_want
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits.records import possible_want
 
 RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
 TRANSIENT = 600  # periods before those in which impacts are counted
@@ -65,7 +65,7 @@ def parts(system: Preset) -> Iterator[Part]:
 
 def _rows(system: Preset) -> Iterator[tuple[str, ...]]:
     """Yield the cells of each part, measured on one thread."""
-    from nlds_vines.orbits.simulation import simulate
+    from nlds_vines.engine.simulation import simulate
     from nlds_vines.runs.executors import use_threads
 
     use_threads(1)
@@ -95,8 +95,8 @@ def _start_of(system: Preset) -> np.ndarray:
     From the orbit itself periods would repeat to the bit, and be copied. With a limit to keep the
     start is at rest: the settled state may be beyond the limit.
     """
-    from nlds_vines.orbits.kind_engine import start_state
-    from nlds_vines.orbits.simulation import simulate
+    from nlds_vines.engine.kind_engine import start_state
+    from nlds_vines.engine.simulation import simulate
 
     if system.scene.limit is not None:
         return start_state(system, system.cell.rest, None)
@@ -106,9 +106,9 @@ def _start_of(system: Preset) -> np.ndarray:
 
 def _recording(name: str, system: Preset, *record: str) -> Part:
     """Return the part of orbits of which something is recorded, or nothing."""
-    from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.simulation import SAMPLES
-    from nlds_vines.orbits.solver_settings import Settings
+    from nlds_vines.engine.batch import Kernels, Wanted
+    from nlds_vines.engine.simulation import SAMPLES
+    from nlds_vines.engine.solver_settings import Settings
 
     stops, orbits = (SAMPLES, max(1, ORBITS // 50)) if "trajectory" in record else (1, ORBITS)
     want = tuple("section" if word == "trajectory" else word for word in record)
@@ -145,8 +145,8 @@ def _varying(name: str, system: Preset) -> Part:
 
 def _judging(name: str, system: Preset) -> Part:
     """Return the part that judging adds to orbits of the default diagram."""
-    from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.solver_settings import Settings
+    from nlds_vines.engine.batch import Kernels, Wanted
+    from nlds_vines.engine.solver_settings import Settings
 
     cells, starts = np.full((JUDGED, 1), system.cells()), np.zeros((JUDGED, 4))
 

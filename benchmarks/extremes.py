@@ -22,8 +22,8 @@ from benchmarks.accuracy import grazing as clear_by
 from benchmarks.accuracy import linear_sections, parser_of, publish, rest_state, scipy_orbit
 from nlds_vines import load_system, simulate
 from nlds_vines.cli.terminal import table
+from nlds_vines.engine.one_orbit import IntegrationError
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits.one_orbit import IntegrationError
 from paper.linear import response, steady_state
 
 BOTH = ("section", "impacts")

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.cases import in_kernels
+from nlds_vines.engine import simulation
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits import simulation
 from tests import flights
 
 PERIODS, REPEATS, SOLVED = 100, 41, 40

@@ -42,7 +42,7 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
+    if _HOMES[name].startswith("engine.") or name == "orbit_of":  # which loads Numba
         from nlds_vines.runs.executors import most_threads
 
         most_threads()

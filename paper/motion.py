@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.orbits.one_orbit import IntegrationError
-from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
+from nlds_vines.engine.one_orbit import IntegrationError
+from nlds_vines.engine.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.run import views_of

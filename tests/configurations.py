@@ -20,12 +20,12 @@ SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "imp
 
 def compile_all():
     """Compile the four configurations."""
+    from nlds_vines.engine.batch import Kernels, Wanted
+    from nlds_vines.engine.section_map import SectionMap
+    from nlds_vines.engine.solver_settings import Settings
     from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.numerics.tones import fill_tones
     from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
-    from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.section_map import SectionMap
-    from nlds_vines.orbits.solver_settings import Settings
 
     for scene, want in SCANS:
         wanted = Wanted(scene_of(scene), want, "exact", "quick", Settings.of("exact"))

@@ -41,7 +41,7 @@ FIRST = (
     "contract/test_response_history.py",
     "kernels/test_variations.py",
     "contract/test_cache.py",
-    "orbits/test_classification.py",
+    "engine/test_classification.py",
     "contract/test_determinism.py",
     "contract/test_readme.py",  # when the kernels of hosts are compiled, which its pages need
 )

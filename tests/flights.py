@@ -8,6 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from nlds_vines.engine import responses
+from nlds_vines.engine.batch import parts_of, room_for_impacts, start_state
+from nlds_vines.engine.kind_engine import impacts_of
+from nlds_vines.engine.records import Violation
+from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.kernels.cells.cells import prepared_cell
 from nlds_vines.kernels.cells.load_numbers import fill_rates
 from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under
@@ -16,11 +21,6 @@ from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.orbit.variations import flow_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, damper_of, structure_under
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.batch import parts_of, room_for_impacts, start_state
-from nlds_vines.orbits.kind_engine import impacts_of
-from nlds_vines.orbits.records import Violation
-from nlds_vines.orbits.solver_settings import chosen_settings
 
 LOAD, C1, C2, CONTACT = range(4)
 """Columns of `work`: energies up to the edges [J], brought in, and dissipated by each."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nlds_vines.engine.host_orbits import HostOrbits
 from nlds_vines.kernels.hosts.host_contact import Impacts
 from nlds_vines.kernels.hosts.host_orbit import (
     advance_host,
@@ -16,7 +17,6 @@ from nlds_vines.kernels.hosts.host_orbit import (
 )
 from nlds_vines.kernels.numerics.compiling import jit
 from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.orbits.host_orbits import HostOrbits
 
 
 @jit(entry=True)

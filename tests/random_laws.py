@@ -19,10 +19,10 @@ import numpy as np
 from flights import LOAD, fly, longest_cell
 from twin_of_laws import COS, ONE, SIN, V1, ChatterError, Course, Law, Model, Wall
 
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import simulate
 
 LOADED = Scene(
     kind="loaded",

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import nlds_vines as nv
+from nlds_vines.engine.batch import parts_of
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
@@ -42,8 +44,6 @@ from nlds_vines.model.catalog import load_system
 from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import parts_of
-from nlds_vines.orbits.simulation import simulate
 
 REPO = Path(__file__).resolve().parents[1]
 BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation

@@ -26,6 +26,9 @@ from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.continuation.request import Begin, Continuation, load_continuation
 from nlds_vines.continuation.result import datasets_of as of_branches
+from nlds_vines.engine.records import STATUS, WANTS, spectral
+from nlds_vines.engine.spectrum import SpectralRecords
+from nlds_vines.engine.starts import Start
 from nlds_vines.loads.request import HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -34,9 +37,6 @@ from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS, ratios_in
 from nlds_vines.model.scenes import BASES, SCENES, Scene
 from nlds_vines.model.setting import settings_of
-from nlds_vines.orbits.records import STATUS, WANTS, spectral
-from nlds_vines.orbits.spectrum import SpectralRecords
-from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 from nlds_vines.tuning.result import contents

@@ -90,7 +90,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         say(*(f"{system.name}: {method}" for method in contenders))
         return DONE
     from nlds_vines.accuracy.picture import draw
-    from nlds_vines.orbits.compilation import silent
+    from nlds_vines.engine.compilation import silent
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.runs.progress import Progress
 

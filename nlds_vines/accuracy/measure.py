@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from nlds_vines.engine.batch import Kernels, Wanted
+from nlds_vines.engine.classification import classify
+from nlds_vines.engine.compilation import notice
+from nlds_vines.engine.one_orbit import IntegrationError
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.classification import classify
-from nlds_vines.orbits.compilation import notice
-from nlds_vines.orbits.one_orbit import IntegrationError
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import chosen_settings
 
 EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))  # tolerances, from coarse to fine
 RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)  # steps in a forcing period

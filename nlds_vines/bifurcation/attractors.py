@@ -32,12 +32,12 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan, state_scales
 from nlds_vines.bifurcation.result import own_states
+from nlds_vines.engine.batch import Wanted, on_threads, parts_of, records_of
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.records import OK
 from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME, recorded
-from nlds_vines.orbits.batch import Wanted, on_threads, parts_of, records_of
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.records import OK
 from nlds_vines.runs.progress import Tell
 
 NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit

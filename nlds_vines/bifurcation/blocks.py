@@ -15,9 +15,9 @@ from typing import Any
 
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.engine.records import JUDGED, noted, touches_noted
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
-from nlds_vines.orbits.records import JUDGED, noted, touches_noted
 from nlds_vines.runs import progress
 from nlds_vines.runs.executors import Shard, free_disk, free_memory
 
@@ -117,7 +117,7 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 _BLOCKS = 2  # in memory
 _CELL_COPIES = 2  # of the grid of cells: the grid itself, and the chains cut from it
 _ARCHIVE_COPIES = 2  # of an archive in memory: its blocks, and the arrays made of them
-_PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.compilation.MEMORY`)
+_PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`engine.compilation.MEMORY`)
 
 
 def memory_needed(scan: Scan, archive: Path) -> int:

@@ -24,12 +24,12 @@ from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import add_run_options
+from nlds_vines.engine.records import failures_in_words
+from nlds_vines.engine.starts import STATE
 from nlds_vines.errors import RequestError, choice, from_text
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.labels import KEPT
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import failures_in_words
-from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
 from nlds_vines.runs.run_options import RunOptions

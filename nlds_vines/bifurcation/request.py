@@ -21,6 +21,10 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.archives.provenance import SCAN, Value
 from nlds_vines.archives.representation import Rows
+from nlds_vines.engine import records, solver_settings
+from nlds_vines.engine.records import CAPTURE_FLAGS as CAPTURE
+from nlds_vines.engine.spectrum import TAPERS, SpectralRecords, checked_signals
+from nlds_vines.engine.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 from nlds_vines.errors import RequestError, at, checked_names, choice, string, unknown
 from nlds_vines.model.axis import SAMPLE, Axis, Samples, sample_scale
 from nlds_vines.model.catalog import any_system, looks_like_path, resource_text
@@ -51,10 +55,6 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
-from nlds_vines.orbits import records, solver_settings
-from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
-from nlds_vines.orbits.spectrum import TAPERS, SpectralRecords, checked_signals
-from nlds_vines.orbits.starts import AT_ANY_PHASE, STATE, Start, starts_inside
 
 
 def struck(scene: Scene) -> tuple[str, ...]:

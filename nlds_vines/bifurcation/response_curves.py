@@ -30,6 +30,8 @@ from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import OF, Scan, load_scan
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
+from nlds_vines.engine.records import USUAL, failures_in, failures_in_words
+from nlds_vines.engine.starts import Start
 from nlds_vines.errors import (
     RequestError,
     at,
@@ -67,8 +69,6 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import USUAL, failures_in, failures_in_words
-from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.palette import damper_colors

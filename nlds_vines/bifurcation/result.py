@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.orbits.engine import Beginning
-    from nlds_vines.orbits.one_orbit import Orbit
+    from nlds_vines.engine.engine import Beginning
+    from nlds_vines.engine.one_orbit import Orbit
 
 
 class ScanArchive(ArchivePath):
@@ -126,7 +126,7 @@ def own_states(
     numbers of the starts in their cells.  `system` is one with other parameters than the scan's.
     Returns states (n, ...) of the kernels.
     """
-    from nlds_vines.orbits.engine import engine_for  # with kernels, which take long to load
+    from nlds_vines.engine.engine import engine_for  # with kernels, which take long to load
 
     how = scan.method, scan.settings
     return engine_for(system or scan.system).states(cells, scan.start, lanes, initial, how, tell)
@@ -177,7 +177,7 @@ def recorded_start(
             values[PHASE] = scan.start.phase
         words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
         words = "the start of the sliders" if moved else words or "the given state"
-    from nlds_vines.orbits.engine import engine_for
+    from nlds_vines.engine.engine import engine_for
 
     cell = np.atleast_1d(system.cells())
     state = own_states(scan, cell, initial, np.array([lane]), system=system)
@@ -195,7 +195,7 @@ class CellOrbit:
     label: str = ""  # in the archive; empty if none is recorded
 
     def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
-        from nlds_vines.orbits.simulation import checked_record
+        from nlds_vines.engine.simulation import checked_record
 
         words, scan = checked_record(self.begin.system, record), self.scan
         return self.begin.follow(words, scan.transient, scan.periods, quiet=quiet)
@@ -282,7 +282,7 @@ def cell_orbit(
     if not isinstance(archive, ArchiveView):
         with read(archive) as view:
             return cell_orbit(view, values, start)
-    from nlds_vines.orbits.engine import engine_for
+    from nlds_vines.engine.engine import engine_for
 
     scan = scan_of(archive)
     names, is_name = scan.start.names, isinstance(start, str) and not start.isdecimal()

@@ -27,16 +27,16 @@ from nlds_vines.bifurcation.blocks import Block, block_bytes, blocks_of, share_i
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
+from nlds_vines.engine import records
+from nlds_vines.engine.batch import Kernels, Wanted, agreement, impacts_per_cycle, spectra_of
+from nlds_vines.engine.compilation import Compilation
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.solver_settings import most_watched
 from nlds_vines.errors import RequestError, option
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import CHAOS, least_lifetime
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import recorded
-from nlds_vines.orbits import records
-from nlds_vines.orbits.batch import Kernels, Wanted, agreement, impacts_per_cycle, spectra_of
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell

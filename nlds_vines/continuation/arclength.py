@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.orbits.section_map import Cycle, SectionMap, bordered
+from nlds_vines.engine.section_map import Cycle, SectionMap, bordered
 
 # Relative defect at which Newton's method has converged; and at which it may stop if the last step
 # did not reduce the defect by a factor of four.

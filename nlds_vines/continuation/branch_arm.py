@@ -35,7 +35,7 @@ from nlds_vines.continuation.special_points import (
     unexplained,
     walls_in_words,
 )
-from nlds_vines.orbits.section_map import SAME_ORBIT, Cycle, SectionMap
+from nlds_vines.engine.section_map import SAME_ORBIT, Cycle, SectionMap
 
 MOST_POINTS = 3_000  # of a branch in one direction
 

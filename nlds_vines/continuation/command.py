@@ -31,7 +31,7 @@ from nlds_vines.runs.run_options import RunOptions
 
 if TYPE_CHECKING:
     from nlds_vines.continuation.result import Continued
-    from nlds_vines.orbits.classification import Regime
+    from nlds_vines.engine.classification import Regime
 
 _NAME = "continuation"
 _EXAMPLES = """\
@@ -176,7 +176,7 @@ def _periodic_start(
     request: Continuation, start: Regime | Sequence[float] | np.ndarray, period: int | None
 ) -> tuple[list[float], float, int]:
     """Return the state, the parameter's value and n of a regime or of the orbit of a state."""
-    from nlds_vines.orbits.classification import Regime, classify
+    from nlds_vines.engine.classification import Regime, classify
 
     parameter, value = request.along.name, request.value
     if period is not None and not isinstance(start, Regime):

@@ -26,7 +26,7 @@ from nlds_vines.continuation.branch_arm import (
     follow,
 )
 from nlds_vines.continuation.special_points import Special, doubled, other_branch
-from nlds_vines.orbits.section_map import SAME_ORBIT, Cycle, SectionMap, bordered
+from nlds_vines.engine.section_map import SAME_ORBIT, Cycle, SectionMap, bordered
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.store import Arrays
 

@@ -19,9 +19,9 @@ from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.result import Continued, map_of
 from nlds_vines.continuation.run import orbits_in
 from nlds_vines.continuation.special_points import doubling_near
+from nlds_vines.engine.section_map import SectionMap
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import final
-from nlds_vines.orbits.section_map import SectionMap
 
 ENDING = ("LP", "PD", "NS", "BP", "LIM")  # where a stable orbit ends or loses stability
 

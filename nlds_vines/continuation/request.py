@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from nlds_vines.archives.provenance import CONTINUATION, Value
+from nlds_vines.engine.solver_settings import TOLERANCES, tolerance_setting
 from nlds_vines.errors import RequestError, at, checked_state, number, shown, string, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
@@ -28,7 +29,6 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
-from nlds_vines.orbits.solver_settings import TOLERANCES, tolerance_setting
 
 # The start orbits: that from rest, those of random starts, one of these with a label, or orbits of
 # the request.

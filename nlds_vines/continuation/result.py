@@ -22,13 +22,13 @@ from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import KINDS
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.section_map import Cycle, SectionMap
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.section_map import Cycle, SectionMap
-from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
 

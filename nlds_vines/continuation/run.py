@@ -23,13 +23,13 @@ from nlds_vines.continuation.result import (
 )
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
+from nlds_vines.engine.batch import Wanted
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.records import USUAL
+from nlds_vines.engine.section_map import SectionMap
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import Start
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.batch import Wanted
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.records import USUAL
-from nlds_vines.orbits.section_map import SectionMap
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions

@@ -47,7 +47,7 @@ from nlds_vines.continuation.special_points import (
     step_between,
     torus_pair,
 )
-from nlds_vines.orbits.section_map import Cycle, SectionMap, bordered, shifted
+from nlds_vines.engine.section_map import Cycle, SectionMap, bordered, shifted
 
 # relative distance in the parameter from a GR of the two orbits that calibrate its equation
 BESIDE = 1.0e-7

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from nlds_vines.continuation.arclength import Point, along, close, length, point_of
-from nlds_vines.orbits.section_map import Cycle, SectionMap, bordered, shifted
+from nlds_vines.engine.section_map import Cycle, SectionMap, bordered, shifted
 
 KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 

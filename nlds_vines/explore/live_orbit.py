@@ -18,18 +18,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.engine.records import impact_type
+from nlds_vines.engine.spectrum import spectrum_of
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import MOST_CURVES, Curve, curves_of
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import impact_type
-from nlds_vines.orbits.spectrum import spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
 from nlds_vines.portrait.result import View
 
 if TYPE_CHECKING:
-    from nlds_vines.orbits.classification import Regime
+    from nlds_vines.engine.classification import Regime
 
 Arrays = dict[str, np.ndarray]
 
@@ -95,9 +95,9 @@ def live_orbit(
     a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start 0.02
     s more per thousand periods.
     """
-    from nlds_vines.orbits.classification import classify
-    from nlds_vines.orbits.one_orbit import IntegrationError
-    from nlds_vines.orbits.simulation import simulate
+    from nlds_vines.engine.classification import classify
+    from nlds_vines.engine.one_orbit import IntegrationError
+    from nlds_vines.engine.simulation import simulate
 
     window = Window(scan.transient, scan.transient + max(scan.periods, SHOW))
     tolerance = scan.tolerance if scan.method == "exact" else None

@@ -15,13 +15,13 @@ import numpy as np
 from bokeh.palettes import Viridis256
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE
+from nlds_vines.engine.records import CAPTURE_FLAGS as CAPTURE
+from nlds_vines.engine.records import NOT_COMPUTED, OK, STATUS
 from nlds_vines.explore.map_data import TOUCHES, Stored
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.labels import by_frequency, coexisting, finals, most_frequent, share_of
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits.records import CAPTURE_FLAGS as CAPTURE
-from nlds_vines.orbits.records import NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.style import GRAY, NAVY, NO_VALUE, STARTS, start_colors
 

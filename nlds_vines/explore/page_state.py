@@ -293,7 +293,7 @@ class Opened:
 
     def _warm(self) -> None:
         """Follow one orbit, which loads or compiles the kernels, then compute the scan."""
-        from nlds_vines.orbits.one_orbit import IntegrationError
+        from nlds_vines.engine.one_orbit import IntegrationError
 
         listeners.append(self._tell)
         try:

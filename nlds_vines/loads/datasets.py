@@ -7,13 +7,13 @@ from contextlib import suppress
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.engine.records import STATUS_FLAGS
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import NOT_COMPUTED
 from nlds_vines.loads.request import HistoryRequest, axis_words
 from nlds_vines.model.axis import SAMPLE, sample_scale
 from nlds_vines.model.quantities import HISTORIES, OF_LOADS, TOUCH_COLUMNS, Quantity
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import STATUS_FLAGS
 from nlds_vines.runs.store import Arrays
 
 

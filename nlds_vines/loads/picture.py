@@ -21,6 +21,7 @@ from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
+from nlds_vines.engine.records import STATUS
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.datasets import named_owners, names_of_numbers
 from nlds_vines.loads.request import (
@@ -41,7 +42,6 @@ from nlds_vines.model.loads.courses import Sweep
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import ERROR, HISTORIES, SHARES, WAYS, of_load
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.chosen_panels import Picture, let_figures_be_shown
 from nlds_vines.plotting.page import (

@@ -13,6 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, Value
+from nlds_vines.engine.solver_settings import tolerance_setting
+from nlds_vines.engine.starts import starts_inside
 from nlds_vines.errors import (
     MOST_CHARACTERS,
     RequestError,
@@ -41,8 +43,6 @@ from nlds_vines.model.setting import (
     setting,
 )
 from nlds_vines.model.system import System
-from nlds_vines.orbits.solver_settings import tolerance_setting
-from nlds_vines.orbits.starts import starts_inside
 
 TOLERANCE = 1e-10  # of contacts by default: finer than in scans, as the energy balance sees each
 MOST_STATES = 10**7

@@ -14,12 +14,12 @@ from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.files import Csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined, Rows, numbers
+from nlds_vines.engine.records import OK, STATUS
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.loads.datasets import names_of_numbers, owners_of
 from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.linear_response import energy_after_blow
 from nlds_vines.model.quantities import HISTORIES, SHARES, TOUCH_COLUMNS, WAYS, of_load
-from nlds_vines.orbits.records import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
 
 

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.load_task import LoadOfOrbit, LoadTask
 from nlds_vines.loads.datasets import contents, in_columns, owners_in
 from nlds_vines.loads.request import HistoryRequest, is_of_load
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.quantities import OF_LOADS_BY_NAME
 from nlds_vines.model.system import System
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.load_task import LoadOfOrbit, LoadTask
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions

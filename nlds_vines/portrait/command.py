@@ -22,10 +22,10 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
+from nlds_vines.engine.spectrum import SIGNALS
 from nlds_vines.errors import RequestError, shown, table, whole
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.spectrum import SIGNALS
 from nlds_vines.portrait.request import (
     PANELS,
     PortraitRequest,
@@ -174,7 +174,7 @@ class Job(commands.Job):
     def carry_out(self, name: str, dry_run: bool) -> int:
         if dry_run:
             return super().carry_out(name, dry_run)
-        from nlds_vines.orbits.one_orbit import IntegrationError
+        from nlds_vines.engine.one_orbit import IntegrationError
 
         try:
             return super().carry_out(name, dry_run)
@@ -215,7 +215,7 @@ class Job(commands.Job):
     def lines(self, results: Portrait) -> list[str]:
         lines = super().lines(results)
         if self.exponents:
-            from nlds_vines.orbits.classification import lyapunov_spectrum
+            from nlds_vines.engine.classification import lyapunov_spectrum
 
             ends = {view.column.system.name: view for view in results.views}  # of the last windows
             for name, view in ends.items():

@@ -15,10 +15,10 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from nlds_vines.engine.spectrum import Spectrum
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.ratios import HZ
 from nlds_vines.model.signals import Motion, displaced
-from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.page import add_legend, size_of
 from nlds_vines.plotting.style import DOT, GRAY, GREEN, HUES, SHADES, power_of_ten, typeset

@@ -46,7 +46,7 @@ from nlds_vines.portrait.request import (
 from nlds_vines.portrait.result import View, portrait_in
 
 if TYPE_CHECKING:
-    from nlds_vines.orbits.one_orbit import Orbit
+    from nlds_vines.engine.one_orbit import Orbit
 
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most

@@ -12,6 +12,9 @@ from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.provenance import PORTRAIT, Value
+from nlds_vines.engine.solver_settings import chosen_settings, method_setting, tolerance_setting
+from nlds_vines.engine.spectrum import TAPERS
+from nlds_vines.engine.starts import starts_inside
 from nlds_vines.errors import (
     RequestError,
     at,
@@ -43,9 +46,6 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.signals import Motion
 from nlds_vines.model.system import System
-from nlds_vines.orbits.solver_settings import chosen_settings, method_setting, tolerance_setting
-from nlds_vines.orbits.spectrum import TAPERS
-from nlds_vines.orbits.starts import starts_inside
 from nlds_vines.plotting.bands import LARGEST
 
 if TYPE_CHECKING:

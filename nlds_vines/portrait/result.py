@@ -21,10 +21,10 @@ from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import PORTRAIT
 from nlds_vines.archives.representation import Outlined
+from nlds_vines.engine.records import OK, STATUS_FLAGS, Violation, impact_type
+from nlds_vines.engine.spectrum import Spectrum
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import name_of
-from nlds_vines.orbits.records import OK, STATUS_FLAGS, Violation, impact_type
-from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.portrait.request import (
     CELL,
@@ -37,7 +37,7 @@ from nlds_vines.portrait.request import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from nlds_vines.orbits.classification import LyapunovSpectrum
+    from nlds_vines.engine.classification import LyapunovSpectrum
 
 POWER_SHARE = 0.99  # of the power of a spectrum, whose bins the report counts, the strongest first
 
@@ -403,7 +403,7 @@ def views_in(view: ArchiveView, request: PortraitRequest) -> Iterator[View]:
         here, bins = part("time", row["states"]), part("order", row["spectrum_bins"])
         system, exponents = column.system, None
         if "lyapunov_running" in view:
-            from nlds_vines.orbits.classification import LyapunovSpectrum  # imports kernels
+            from nlds_vines.engine.classification import LyapunovSpectrum  # imports kernels
 
             running, widths, divergence = (view[f"lyapunov_{name}"][i] for name, *_ in _EXPONENTS)
             times = system.period * np.arange(1, len(running) + 1)

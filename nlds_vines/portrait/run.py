@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.engine.classification import lyapunov_spectrum
+from nlds_vines.engine.one_orbit import Orbit
+from nlds_vines.engine.records import impact_type
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.spectrum import Spectrum, spectrum_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.orbit.repetition import REPEATS, TOLERANCE, period_of
-from nlds_vines.orbits.classification import lyapunov_spectrum
-from nlds_vines.orbits.one_orbit import Orbit
-from nlds_vines.orbits.records import impact_type
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Window, described, span
 from nlds_vines.portrait.result import View, contents
 from nlds_vines.runs.interrupts import check, stoppable

@@ -15,9 +15,9 @@ from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.request import begins_at_sections
 from nlds_vines.bifurcation.result import nearest_place, scan_of
+from nlds_vines.engine.records import ATTRACTOR
 from nlds_vines.errors import RequestError, number, whole
 from nlds_vines.model.parameters import DESCRIBED, INITIAL, component_of
-from nlds_vines.orbits.records import ATTRACTOR
 from nlds_vines.transients.ensemble import LEVEL, share_interval
 
 BOX = 20  # cells along a box's side: 400 orbits tell its shares well (Daza et al. 2016)

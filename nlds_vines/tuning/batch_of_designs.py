@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from nlds_vines.engine import responses
+from nlds_vines.engine.batch import COUNTED, METHOD, Outcome, Wanted
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.solver_settings import TOLERANCE, Settings
 from nlds_vines.model.system import System
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.batch import COUNTED, METHOD, Outcome, Wanted
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.solver_settings import TOLERANCE, Settings
 from nlds_vines.runs.progress import Tell
 
 

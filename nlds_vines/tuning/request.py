@@ -14,6 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.provenance import TUNING, Value
+from nlds_vines.engine.responses import objectives_of
+from nlds_vines.engine.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, string
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.request import (
@@ -56,8 +58,6 @@ from nlds_vines.model.setting import (
 )
 from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
-from nlds_vines.orbits.responses import objectives_of
-from nlds_vines.orbits.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.design_space import (
     DRAWS,
     FRESH_DRAWS,

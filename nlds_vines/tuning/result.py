@@ -14,11 +14,11 @@ from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import TUNING
 from nlds_vines.archives.representation import Outlined, Rows, numbers
+from nlds_vines.engine.records import OK, STATUS_FLAGS
+from nlds_vines.engine.responses import INFINITE, impulses_of
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import DESCRIBED
-from nlds_vines.orbits.records import OK, STATUS_FLAGS
-from nlds_vines.orbits.responses import INFINITE, impulses_of
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.tuning.design_space import Free
 from nlds_vines.tuning.request import STARTS, TONE, Tuning, load_tuning

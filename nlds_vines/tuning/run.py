@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
+from nlds_vines.engine.batch import Outcome
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.run import numbers_of
 from nlds_vines.model.parameters import CONTACT, DESCRIBED
-from nlds_vines.orbits.batch import Outcome
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell

@@ -15,7 +15,7 @@ from nlds_vines import load_scan, load_system, simulate
 from nlds_vines.accuracy import measure
 from nlds_vines.accuracy.measure import Result, advised, equation, measured, methods, reference
 from nlds_vines.accuracy.picture import draw
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.engine.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

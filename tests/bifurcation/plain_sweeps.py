@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.engine.batch import parts_of, run
 from nlds_vines.kernels.scene.codes import OK, TOO_STIFF
 from nlds_vines.kernels.scene.scene import LaneBuffers, Span
 from nlds_vines.model.quantities import TOUCHES
-from nlds_vines.orbits.batch import parts_of, run
 from scans import computed, scan_of
 
 TRANSIENT, PERIODS = 1, 2

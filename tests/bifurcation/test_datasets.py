@@ -10,6 +10,10 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, in_legend, quantities, usual_show
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Report
+from nlds_vines.engine.batch import agreement
+from nlds_vines.engine.records import NOT_COMPUTED, STATUS, WANTS
+from nlds_vines.engine.solver_settings import EFFORTS, most_watched
+from nlds_vines.engine.spectrum import LINES, spectral_label, spectrum_of
 from nlds_vines.model.labels import (
     FLAGS,
     KEPT,
@@ -20,10 +24,6 @@ from nlds_vines.model.labels import (
     most_frequent,
     share_of,
 )
-from nlds_vines.orbits.batch import agreement
-from nlds_vines.orbits.records import NOT_COMPUTED, STATUS, WANTS
-from nlds_vines.orbits.solver_settings import EFFORTS, most_watched
-from nlds_vines.orbits.spectrum import LINES, spectral_label, spectrum_of
 from scans import scan_of, unfilled
 
 

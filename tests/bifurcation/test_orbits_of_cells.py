@@ -10,14 +10,14 @@ import nlds_vines as nv
 from nlds_vines.bifurcation.command import start_of
 from nlds_vines.bifurcation.result import cell_orbit
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine import batch
+from nlds_vines.engine.batch import TURN, start_state
+from nlds_vines.engine.solver_settings import chosen_settings
+from nlds_vines.engine.starts import user_states
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import Chosen
 from nlds_vines.kernels.cells.cells import enter
 from nlds_vines.kernels.scene.codes import DIVERGED
-from nlds_vines.orbits import batch
-from nlds_vines.orbits.batch import TURN, start_state
-from nlds_vines.orbits.solver_settings import chosen_settings
-from nlds_vines.orbits.starts import user_states
 
 pytestmark = pytest.mark.kernels
 

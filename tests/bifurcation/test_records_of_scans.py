@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from support import shortening
 
 import nlds_vines as nv
+from nlds_vines.engine.records import modulation_of
+from nlds_vines.engine.spectrum import LINES
 from nlds_vines.model.labels import KEPT
-from nlds_vines.orbits.records import modulation_of
-from nlds_vines.orbits.spectrum import LINES
 from paper.linear import response
 from scans import scan_of
 

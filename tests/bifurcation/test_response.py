@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from nlds_vines import System, load_scan, load_system, load_tuning, read, simulate, tune
+from nlds_vines.engine.responses import arrays_of, objectives_of, quantities_of
 from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.scenes import scene_of
-from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
 from paper.linear import response
 from scans import computed, scan_of
 

@@ -14,14 +14,14 @@ import nlds_vines as nv
 from nlds_vines import RequestError, Scan, load_scan
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities
+from nlds_vines.engine import records
+from nlds_vines.engine.solver_settings import METHODS
+from nlds_vines.engine.starts import Start, random_states, start_states
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits import records
-from nlds_vines.orbits.solver_settings import METHODS
-from nlds_vines.orbits.starts import Start, random_states, start_states
 from scans import scan_of
 
 REPO = Path(__file__).resolve().parents[2]

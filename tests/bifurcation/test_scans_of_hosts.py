@@ -14,9 +14,9 @@ from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.bifurcation.picture.choices import group, quantities_in, usual_places
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine.starts import Start
 from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.model.axis import Axis
-from nlds_vines.orbits.starts import Start
 from nlds_vines.plotting.style import axis_label, setting_label
 from nlds_vines.runs.executors import use_threads
 from scans import archived, computed

@@ -14,8 +14,8 @@ import pytest
 from nlds_vines.continuation import arclength, exploration, regime_borders, special_points
 from nlds_vines.continuation.arclength import angle_of, close, length, point_of
 from nlds_vines.continuation.branch_arm import Bounds, at_value, first_point, follow
+from nlds_vines.engine.section_map import Cycle, SectionMap
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.section_map import Cycle, SectionMap
 
 MU = 1.0 + sqrt(6.0)
 """Where the orbit 2T of the logistic map doubles."""

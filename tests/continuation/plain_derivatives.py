@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from nlds_vines import System, load_system, simulate
-from nlds_vines.orbits.section_map import SectionMap
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import user_states
+from nlds_vines.engine.section_map import SectionMap
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import user_states
 
 SET_6 = load_system("ssul-set6")
 TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 0.9, "omega": 0.5, "P": 1.5}

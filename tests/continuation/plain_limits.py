@@ -11,9 +11,9 @@ from scipy.linalg import expm
 from nlds_vines import System, continue_branch, load_system
 from nlds_vines.continuation.arclength import Point
 from nlds_vines.continuation.special_curves import augmented
+from nlds_vines.engine.section_map import Cycle, SectionMap
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.model.linear_response import flow_matrix
-from nlds_vines.orbits.section_map import Cycle, SectionMap
-from nlds_vines.orbits.solver_settings import Settings
 
 SET_6 = load_system("ssul-set6")
 AT_WALL = [0.0, 0.2, 0.03, 0.4]  # x1, v1, r, s: an impact in the first period

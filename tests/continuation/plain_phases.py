@@ -11,7 +11,7 @@ from support import kernel_state
 from nlds_vines import load_system
 from nlds_vines.continuation import arclength
 from nlds_vines.continuation.branch_arm import Bounds, first_point, follow
-from nlds_vines.orbits.section_map import SectionMap
+from nlds_vines.engine.section_map import SectionMap
 
 SYSTEM = load_system(
     "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05,

@@ -6,8 +6,8 @@ from test_closed_forms import located
 
 from benchmarks.boundary_values import Motion, doubling_by_shooting
 from nlds_vines import System, classify, continue_branch, load_system, simulate
-from nlds_vines.orbits.section_map import SectionMap
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.engine.section_map import SectionMap
+from nlds_vines.engine.solver_settings import Settings
 from paper.linear import response
 
 pytestmark = pytest.mark.kernels

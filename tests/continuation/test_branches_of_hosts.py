@@ -6,9 +6,9 @@ from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.continuation import run
-from nlds_vines.orbits.host_section_map import HostSectionMap
-from nlds_vines.orbits.section_map import SectionMap
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.engine.host_section_map import HostSectionMap
+from nlds_vines.engine.section_map import SectionMap
+from nlds_vines.engine.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

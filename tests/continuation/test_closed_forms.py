@@ -7,8 +7,8 @@ from rigid import CASES, RIGID, oscillator, start_of
 
 from nlds_vines import System, continue_branch, load_system, open_archive, simulate, slow_manifold
 from nlds_vines.__main__ import main
-from nlds_vines.orbits.section_map import SectionMap
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.engine.section_map import SectionMap
+from nlds_vines.engine.solver_settings import Settings
 from paper.linear import response, steady_state
 
 pytestmark = pytest.mark.kernels

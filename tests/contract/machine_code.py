@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from nlds_vines import load_system
+from nlds_vines.engine.batch import parts_of
 from nlds_vines.kernels.cells import cells
 from nlds_vines.kernels.events import exact
 from nlds_vines.kernels.numerics.compiling import Inner, Kernel, all_called
@@ -22,7 +23,6 @@ from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, Impacts
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import parts_of
 
 CASES = {
     "none": ("none", "exact", "section"),

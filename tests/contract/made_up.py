@@ -5,7 +5,7 @@ import numpy as np
 
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.orbits.records import WANTS, plain
+from nlds_vines.engine.records import WANTS, plain
 from scans import scan_of, written
 
 PLAIN = plain(WANTS)

@@ -411,7 +411,7 @@ def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
 def test_what_is_compiled_for_branches_is_what_a_continuation_calls(copy):
     """In a process of its own, whose second half would compile what the first has left out."""
     program = """
-from nlds_vines.orbits.section_map import KERNELS, SectionMap
+from nlds_vines.engine.section_map import KERNELS, SectionMap
 from nlds_vines.kernels.numerics.compiling import told_of_compilations
 import nlds_vines as nv
 system = nv.load_system("none")

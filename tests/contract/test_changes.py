@@ -71,7 +71,7 @@ import nlds_vines as nv
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.map_view import column, numbers_of, shows_of
 from nlds_vines.model.quantities import QUANTITIES
-from nlds_vines.orbits.records import WANTS
+from nlds_vines.engine.records import WANTS
 from nlds_vines.upkeep.export import main as export
 
 omega, P = {"values": [6.0, 6.5, 7.0]}, {"values": [300.0, 600.0]}

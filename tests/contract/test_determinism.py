@@ -29,8 +29,8 @@ from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer, run
-from nlds_vines.orbits import batch
-from nlds_vines.orbits.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+from nlds_vines.engine import batch
+from nlds_vines.engine.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs import executors
 from nlds_vines.runs.executors import Shard, threads_in_use
 from nlds_vines.runs.interrupts import Interrupted

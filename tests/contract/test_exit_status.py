@@ -19,9 +19,9 @@ from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.terminal import exit_status_of
+from nlds_vines.engine.records import DIVERGED
 from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import DIVERGED
 from nlds_vines.runs.executors import Shard, most_threads
 from paper.request import load_figure
 

@@ -144,9 +144,9 @@ def test_kernels_know_numbers_only_and_are_compiled(name):
     if name not in COMPILING:
         allowed = {"numba", "numpy", "math", "typing"}
         if name in TYPES | CHOOSING:
-            allowed |= {"orbits.simulation", "collections", "llvmlite", "operator"}
+            allowed |= {"engine.simulation", "collections", "llvmlite", "operator"}
         if name in PREPARED:
-            allowed |= {"orbits.simulation", "collections", "dataclasses"}
+            allowed |= {"engine.simulation", "collections", "dataclasses"}
             allowed |= {"functools", "itertools"}
         assert outside <= allowed
     if name != "kernels.numerics.stored_code":
@@ -162,7 +162,7 @@ def test_each_library_has_its_home():
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.hdf5"}
     assert who_imports("distributed") == {"bifurcation.cluster"}
-    types = {"orbits.one_orbit", "bifurcation.result", "loads.response_spectrum"}
+    types = {"engine.one_orbit", "bifurcation.result", "loads.response_spectrum"}
     types |= {"plotting.drawable", "upkeep.plot"}  # only the type of a figure
     importers = who_imports("matplotlib") - types
     homes = ("plotting.", "bifurcation.picture.", "portrait.")
@@ -185,7 +185,7 @@ def test_threads_are_our_own_and_mathematics_not_fast():
     """A loop that Numba runs in parallel is compiled four times over."""
     pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
     assert pools == {
-        "runs.executors", "orbits.batch", "orbits.load_flight", "orbits.host_loads",
+        "runs.executors", "engine.batch", "engine.load_flight", "engine.host_loads",
     }  # fmt: skip
     for path in MODULES.values():
         assert "prange(" not in path.read_text(encoding="utf-8"), path
@@ -262,7 +262,7 @@ def test_nothing_heavy_is_loaded(tmp_path):
 
 EXPLORE = ", ".join(f"nlds_vines.explore.{n}" for n in ("page_state", "page_server", "live_page"))
 SPECTRUM = """
-from nlds_vines.orbits.spectrum import spectrum_of
+from nlds_vines.engine.spectrum import spectrum_of
 spectrum_of([1.0, 2.0, 1.0, 0.0] * 4, 4, 1.0, window={!r})
 """
 

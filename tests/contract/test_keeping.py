@@ -25,9 +25,9 @@ from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.run import Report, _save, wanted_of
-from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.records import DIVERGED, OK
+from nlds_vines.engine.batch import Outputs
+from nlds_vines.engine.compilation import Compilation
+from nlds_vines.engine.records import DIVERGED, OK
 from nlds_vines.runs.progress import Progress
 
 REAL = {
@@ -116,7 +116,7 @@ def test_no_task_counts_compiling_as_pace(command, here, ask, monkeypatch):
         note(self, count, words)
 
     monkeypatch.setattr(Compilation, "followed", slow)
-    monkeypatch.setattr("nlds_vines.orbits.batch._loaded", set())  # earlier tests filled it
+    monkeypatch.setattr("nlds_vines.engine.batch._loaded", set())  # earlier tests filled it
     monkeypatch.setattr(Progress, "note", checked)
     monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
     monkeypatch.setattr(

@@ -9,11 +9,11 @@ import pytest
 from support import BOTH, shortening, steady_state
 
 from nlds_vines.archives.archive import read
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model import catalog as catalog_module
 from nlds_vines.model.catalog import catalog, load_system
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
-from nlds_vines.orbits.simulation import simulate
 
 CAGED = Scene(
     kind="caged",

@@ -32,7 +32,7 @@ PROGRAM = """
 import json, sys
 import numpy as np
 import nlds_vines as nv
-from nlds_vines.orbits.section_map import SectionMap
+from nlds_vines.engine.section_map import SectionMap
 
 constants, recorded, judged, periods = json.loads(sys.argv[1])
 system = nv.load_system("ssul-set6", law="bilinear", **constants)

@@ -10,7 +10,7 @@ import pytest
 from made_up import make_scan, write
 
 import nlds_vines as nv
-from nlds_vines.orbits import host_engine, kind_engine, simulation
+from nlds_vines.engine import host_engine, kind_engine, simulation
 from nlds_vines.portrait import run as portrait_run
 from nlds_vines.runs.store import Blocks
 

@@ -16,12 +16,12 @@ FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**
 
 LONG = (
     "tests/kernels/plain_host_impact.py",
-    "tests/orbits/plain_load_flight.py",
+    "tests/engine/plain_load_flight.py",
     "tests/kernels/plain_verdict.py",
     "tests/kernels/plain_response.py",
     "tests/kernels/plain_impact.py",
     "tests/property/plain_laws.py",
-    "tests/orbits/plain_repetition.py",
+    "tests/engine/plain_repetition.py",
     "tests/continuation/plain_derivatives.py",
     "tests/kernels/plain_contact_laws.py",
     "tests/benchmarks/plain_costs.py",
@@ -33,7 +33,7 @@ LONG = (
 )
 """Those that take seconds, for whoever changes kernels: a group has every fifth of them."""
 
-LONGEST = ("tests/orbits/plain_kept_state.py", "tests/property/plain_load_frames.py")
+LONGEST = ("tests/engine/plain_kept_state.py", "tests/property/plain_load_frames.py")
 """Those that take a minute or more: all kinds under all laws."""
 
 MARKED = [

@@ -29,11 +29,11 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.archives.files import toml_text
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.request import Scan, load_scan
+from nlds_vines.engine.records import WANTS
+from nlds_vines.engine.starts import POLICIES
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.records import WANTS
-from nlds_vines.orbits.starts import POLICIES
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
@@ -59,7 +59,7 @@ TUTORIAL = "docs/tutorial.md"  # which the gate walks, beside the README
 
 RUN = (
     "archive.md", "python.md", "branches.md", "hosts.md", "finite-elements.md", "loads-in-time.md",
-    "response-curves.md", "scans.md",
+    "response-curves.md", "scans.md", "base-excitation.md",
 )  # fmt: skip
 """Pages whose programs in Python are run here."""
 

@@ -11,13 +11,13 @@ from scipy.integrate import quad
 from support import linear_flow
 
 import nlds_vines as nv
+from nlds_vines.engine.records import STATUS
 from nlds_vines.loads import run
 from nlds_vines.loads.picture import draw
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.loads.run import arrays_of
 from nlds_vines.model.linear_response import closed_form, flow_matrix
 from nlds_vines.model.quantities import HISTORIES, OF_LOADS, SHARES
-from nlds_vines.orbits.records import STATUS
 from nlds_vines.plotting.page import ONE_COLUMN, TWO_COLUMNS
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.upkeep.rerun import differing

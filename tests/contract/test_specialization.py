@@ -12,9 +12,9 @@ from commands import printed
 
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import wanted_of
+from nlds_vines.engine.batch import Outputs, records_of
 from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.batch import Outputs, records_of
 
 # modules of kernels that only a scene with a wall needs, and only a verdict
 CONTACT = {"contact", "impact", "taylor", "touch"}

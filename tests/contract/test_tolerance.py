@@ -8,8 +8,8 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine.solver_settings import TOLERANCES, Settings
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.solver_settings import TOLERANCES, Settings
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.tuning.batch_of_designs import Batch
 from nlds_vines.tuning.request import load_tuning

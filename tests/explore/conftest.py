@@ -6,8 +6,8 @@ from planes import PLANE
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.engine.records import OK
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.orbits.records import OK
 from scans import archived, unfilled
 
 MAP = {

@@ -10,10 +10,10 @@ from PIL import Image
 
 from benchmarks import explore
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.engine.records import USUAL, WANTS, possible_want
 from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.page_state import sliders_of
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.records import USUAL, WANTS, possible_want
 from nlds_vines.plotting.style import HUES
 from nlds_vines.portrait.request import load_portrait
 

@@ -13,12 +13,12 @@ import nlds_vines as nv
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine.records import CAPTURE_FLAGS, NOT_COMPUTED, OK, STATUS
 from nlds_vines.explore import live_orbit as live
 from nlds_vines.explore import map_view
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Job, finer, sliders_of
 from nlds_vines.explore.report_page import report_page, section_points
-from nlds_vines.orbits.records import CAPTURE_FLAGS, NOT_COMPUTED, OK, STATUS
 from nlds_vines.plotting.palette import colors
 from nlds_vines.portrait.request import load_portrait
 from scans import archived, unfilled
@@ -192,13 +192,13 @@ def test_the_section_at_impact_is_that_of_simulate(name, omega):
     system = nv.load_system(name, omega=omega)
     orbit = live.live_orbit(system, None, SAMPLING)
     panel = orbit.panels["touches"]
-    assert list(panel) == ["phase", *system.scene.walls]
+    assert list(panel) == ["phase", *system.scene.wall_words]
     end = 60 + max(30, live.SHOW)
     impacts = nv.simulate(system, 30, transient=60, record=("impacts",)).impacts
     last = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
     assert len(panel["phase"]) == len(last)
-    for wall in system.scene.walls:
-        rows = last[last["wall"] == system.scene.struck[wall]]
+    for wall in system.scene.wall_words:
+        rows = last[last["wall"] == wall]
         there = np.isfinite(panel[wall])
         assert len(rows) == there.sum() > 0
         np.testing.assert_allclose(panel[wall][there], rows["speed"], atol=1e-8)
@@ -246,7 +246,7 @@ def test_a_system_without_damper_or_walls_has_the_panels_it_can(name):
     assert ("phase2" in panels) == system.scene.damper
     assert panels["phase1"]["x"].size > 100
     assert (panels["touches"]["phase"].size > 0) == bool(system.scene.walls)
-    assert list(panels["touches"]) == ["phase", *system.scene.walls]
+    assert list(panels["touches"]) == ["phase", *system.scene.wall_words]
 
 
 def test_a_start_inside_a_rigid_wall_is_refused(error_of):

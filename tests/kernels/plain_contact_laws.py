@@ -7,10 +7,10 @@ from flights import flow_on
 from support import Approach, contact_parts, differences, fitted_order, kernel_state, period_map
 
 from nlds_vines import load_system, simulate
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.laws.power import Damping, power_wall_with, root_for
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
-from nlds_vines.orbits.solver_settings import Settings
 
 
 @pytest.mark.parametrize(("n", "a"), [(1.0, 0.0), (1.2, 0.0), (2.0, 0.0), (3.0, 0.0), (1.5, 0.3)])

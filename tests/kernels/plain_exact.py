@@ -7,6 +7,7 @@ import pytest
 from numpy.polynomial import Chebyshev, Polynomial
 from support import NOTHING, expanded, flight_parts, grid_with, kernel_cell, system_of
 
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.kernels.events.exact import fly, note_misses
 from nlds_vines.kernels.laws.hertz import HertzWall, hertz_wall_at
 from nlds_vines.kernels.motion.flight import OF_E2, Bounds, at, bounds_of, cell_polynomial
@@ -23,7 +24,6 @@ from nlds_vines.kernels.watch.touch import (
     outlook,
     touch_of,
 )
-from nlds_vines.orbits.simulation import simulate
 
 NEAR, FAR = HertzWall(0.4, 1e7, 1e5, 300.0), HertzWall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])

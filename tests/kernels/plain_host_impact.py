@@ -7,13 +7,13 @@ import pytest
 import scipy.linalg
 
 import nlds_vines as nv
+from nlds_vines.engine.host_orbits import HostOrbits
 from nlds_vines.kernels.hosts import host_impact
 from nlds_vines.kernels.hosts.body import along
 from nlds_vines.kernels.hosts.grid import LONG_TERMS, WINDOW, host_grid, matrix_of
 from nlds_vines.kernels.hosts.host_flight import bound_of, derive, r_and_slope
 from nlds_vines.kernels.hosts.host_orbit import host_flow
 from nlds_vines.kernels.impact.arc import LEVEL
-from nlds_vines.orbits.host_orbits import HostOrbits
 
 
 def frame(storeys=4, dashpot=60.0):

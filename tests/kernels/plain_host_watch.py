@@ -5,10 +5,10 @@ import pytest
 import scipy.linalg
 
 import nlds_vines as nv
+from nlds_vines.engine.host_orbits import HostOrbits
 from nlds_vines.kernels.hosts import host_orbit
 from nlds_vines.kernels.hosts.grid import host_grid, matrix_of
 from nlds_vines.kernels.hosts.host_watch import DERIVATIVES, bound_rates, fourth_of, host_watch
-from nlds_vines.orbits.host_orbits import HostOrbits
 
 START = np.random.default_rng(1).normal(size=14) * np.tile([0.01, 0.2], 7)  # all modes move
 

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from support import NOTHING, flight_parts, kernel_cell, linear_flow
 
 from nlds_vines import IntegrationError, load_system, simulate
+from nlds_vines.engine.batch import parts_of
 from nlds_vines.kernels.cells import load_numbers
 from nlds_vines.kernels.cells.cells import cells_for, run_cell
 from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
@@ -27,7 +28,6 @@ from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.scene import CellBuffers, Flight, Parts, Span, Structure
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS, RELEASE, TOUCH, Impacts
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.batch import parts_of
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,9 @@ from support import (
 )
 from twin import follow, model_of
 
+from nlds_vines.engine.batch import WALLS
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.events.contact import Steps, to_end
 from nlds_vines.kernels.impact.arc import make_arc
@@ -40,9 +43,6 @@ from nlds_vines.kernels.watch import observe
 from nlds_vines.kernels.watch import touch as limit
 from nlds_vines.kernels.watch.response import watch_piece
 from nlds_vines.model.catalog import catalog
-from nlds_vines.orbits.batch import WALLS
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

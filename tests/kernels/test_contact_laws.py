@@ -11,9 +11,9 @@ from support import BOTH, kernel_state, period_map
 from twin_of_laws import Law, Model, Wall, follow
 
 from nlds_vines import classify, load_system, simulate
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.orbit import variations
 from nlds_vines.model.system import System
-from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -10,17 +10,17 @@ import scipy.optimize
 from scipy.integrate import solve_ivp
 
 import nlds_vines as nv
-from nlds_vines.model.loads.courses import Rectangular, Tone
-from nlds_vines.model.loads.loading import Blow, Loading
-from nlds_vines.model.loads.record import Record
-from nlds_vines.orbits.host_loads import (
+from nlds_vines.engine.host_loads import (
     cells_of,
     energies_at,
     follow_load,
     last_times,
     longest_cell,
 )
-from nlds_vines.orbits.host_orbits import HostOrbits
+from nlds_vines.engine.host_orbits import HostOrbits
+from nlds_vines.model.loads.courses import Rectangular, Tone
+from nlds_vines.model.loads.loading import Blow, Loading
+from nlds_vines.model.loads.record import Record
 from tests.kernels.test_hosts import matrices_of, random_system
 
 pytestmark = pytest.mark.kernels

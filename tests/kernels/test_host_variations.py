@@ -9,8 +9,8 @@ from host_flows import HostMap
 from test_hosts import matrices_of, random_system
 
 import nlds_vines as nv
-from nlds_vines.orbits.classification import ALIGNING, lyapunov_spectrum
-from nlds_vines.orbits.host_orbits import LAWS_IN_KERNELS
+from nlds_vines.engine.classification import ALIGNING, lyapunov_spectrum
+from nlds_vines.engine.host_orbits import LAWS_IN_KERNELS
 
 pytestmark = pytest.mark.kernels
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from support import NOTHING, Approach, contact_parts, references, side_of
 
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.events.contact import Steps, contact
 from nlds_vines.kernels.impact.arc import make_arc
 from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.impact.inside import Ahead, vary, vary_inside
 from nlds_vines.kernels.motion.flight import rate_of
 from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
-from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

@@ -13,6 +13,8 @@ from support import differences, kernel_state, linear_flow, period_map, referenc
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.cells import verdict as course
 from nlds_vines.kernels.cells.verdict import mean_and_width
 from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius
@@ -20,8 +22,6 @@ from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import Settings
 
 pytestmark = pytest.mark.kernels
 

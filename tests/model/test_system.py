@@ -11,6 +11,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.response_curves import load_curves, with_structure_alone
 from nlds_vines.cli.options import spaced
 from nlds_vines.continuation.request import load_continuation
+from nlds_vines.engine.section_map import SectionMap
 from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.model import catalog as packaged_files
@@ -20,7 +21,6 @@ from nlds_vines.model.parameters import CONTACT, PARAMETERS, Parameter
 from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits.section_map import SectionMap
 from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
 from nlds_vines.tuning.request import load_tuning
 from nlds_vines.tuning.run import Objective, at_rest

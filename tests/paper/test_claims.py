@@ -10,8 +10,8 @@ from commands import printed
 from paper_results import RESULTS, MadeUp, is_at, unchanging, where
 
 import nlds_vines as nv
+from nlds_vines.engine.one_orbit import IntegrationError
 from nlds_vines.model.system import System
-from nlds_vines.orbits.one_orbit import IntegrationError
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.run import views_of
 from paper import claims_page, motion

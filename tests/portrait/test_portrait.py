@@ -12,9 +12,9 @@ from matplotlib.transforms import Bbox
 from PIL import Image
 
 import nlds_vines as nv
+from nlds_vines.engine import records
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits import records
 from nlds_vines.portrait.command import main
 from nlds_vines.portrait.panels import CROWDED, DEPTH, Place
 from nlds_vines.portrait.picture import make_page, rows_of, write_letters

@@ -12,9 +12,9 @@ from random_laws import LOADED, Case, allowed, case_of, errors_of, worst_of
 from support import references, system_of
 from twin_of_laws import Law, Model, Wall
 
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import simulate
 
 # One of each kind and law: by Hertz, with a limit, linear, restitution, a power, in a scene with a
 # load; in case 30 a damped wall lets go.

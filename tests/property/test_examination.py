@@ -17,8 +17,8 @@ import pytest
 from support import FULL, system_of
 from twin import lanes_of, model_of
 
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import SHARE
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import SHARE
 
 KINDS = ("none", "tmd", "ssul", "ssbl", "ssvi-b", "ssvi-c")
 PERIODS = 8

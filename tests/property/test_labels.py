@@ -15,6 +15,8 @@ import pytest
 
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.engine import batch
+from nlds_vines.engine.batch import parts_of
 from nlds_vines.kernels.cells.cells import run_cell
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene import codes as ev
@@ -22,8 +24,6 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import CellBuffers, Span
 from nlds_vines.model.labels import final
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits import batch
-from nlds_vines.orbits.batch import parts_of
 from nlds_vines.runs.executors import use_threads
 
 pytestmark = pytest.mark.kernels

@@ -15,11 +15,11 @@ import pytest
 from support import BOTH, kernel_cell, run_cell_rows, system_of
 from twin import follow_all, model_of
 
+from nlds_vines.engine.records import OK, Violation
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import OK, Violation
-from nlds_vines.orbits.simulation import simulate
 from scans import computed, scan_of
 
 pytestmark = pytest.mark.kernels

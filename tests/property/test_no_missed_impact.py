@@ -13,13 +13,13 @@ import pytest
 from support import BOTH, NOTHING, flight_parts, follow_ssul, kernel_cell
 from twin import follow, follow_all, model_of
 
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.kernels.events.exact import SECTION, fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.scene.scene import Flight
 from nlds_vines.model.catalog import catalog
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import simulate
 
 pytestmark = pytest.mark.kernels
 

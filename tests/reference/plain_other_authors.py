@@ -7,8 +7,8 @@ import pytest
 
 from nlds_vines import RequestError, continue_branch, load_system, simulate, slow_manifold
 from nlds_vines.continuation.branch_arm import at_value
+from nlds_vines.engine.section_map import SectionMap
 from nlds_vines.model.catalog import catalog
-from nlds_vines.orbits.section_map import SectionMap
 from paper.linear import response
 
 

@@ -21,9 +21,9 @@ from support import (
     system_of,
 )
 
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.orbits.simulation import simulate
 from scans import computed, scan_of
 
 SET6 = references()["ssul-set6"].numbers

@@ -19,8 +19,8 @@ from support import (
     system_of,
 )
 
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import Settings
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import Settings
 
 FIXED = (1448.0, 2048.0, 2896.0, 4096.0, 5792.0, 8192.0)  # rk4 steps a period
 RK4 = {"method": "rk4", "period_steps": 2048.0}

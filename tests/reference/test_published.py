@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support import references, system_of
 
+from nlds_vines.engine.records import OK
+from nlds_vines.engine.simulation import simulate
 from nlds_vines.model.catalog import load_system
-from nlds_vines.orbits.records import OK
-from nlds_vines.orbits.simulation import simulate
 from nlds_vines.tuning.batch_of_designs import Batch
 from scans import computed, scan_of
 

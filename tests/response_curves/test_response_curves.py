@@ -13,8 +13,8 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import response_curves
 from nlds_vines.bifurcation.picture.curves import draw_curves
 from nlds_vines.bifurcation.response_curves import main
+from nlds_vines.engine.records import OK
 from nlds_vines.model.labels import FLAGS
-from nlds_vines.orbits.records import OK
 from nlds_vines.upkeep.rerun import differing
 from paper.linear import response
 

@@ -7,7 +7,7 @@ from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.run import Computer
-from nlds_vines.orbits.records import DIVERGED
+from nlds_vines.engine.records import DIVERGED
 from nlds_vines.transients.basins import basin_entropy, uncertainty_exponent
 from nlds_vines.transients.ensemble import Ensemble, decay, ensemble_of, share_interval, survival
 from nlds_vines.transients.picture import draw_ensemble

@@ -12,11 +12,11 @@ import nlds_vines as nv
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.files import parse_toml
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.engine.batch import Outcome
+from nlds_vines.engine.load_flight import KindLoads
+from nlds_vines.engine.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.errors import LeftAside
 from nlds_vines.loads.request import load_response_history
-from nlds_vines.orbits.batch import Outcome
-from nlds_vines.orbits.load_flight import KindLoads
-from nlds_vines.orbits.records import DIVERGED, OK, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.store import Blocks

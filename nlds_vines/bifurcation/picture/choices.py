@@ -16,12 +16,12 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.engine.records import ATTRACTOR
+from nlds_vines.engine.solver_settings import most_watched
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.model.quantities import COORDINATES, MAPS, STRUCTURE, drawn_in, stored_in
 from nlds_vines.model.signals import SIGNALS
-from nlds_vines.orbits.records import ATTRACTOR
-from nlds_vines.orbits.solver_settings import most_watched
 from nlds_vines.plotting.bands import drawable, is_list
 from nlds_vines.plotting.style import body_of, quantity_label, setting_label, signal_symbol
 

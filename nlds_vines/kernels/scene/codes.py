@@ -1,6 +1,6 @@
 """Codes of statuses, events and kinds of verdicts, and columns of records.
 
-Kernels return and store them; `orbits.records` and `model.labels` have their words. Archives
+Kernels return and store them; `engine.records` and `model.labels` have their words. Archives
 hold statuses and kinds, so no number may change its meaning.
 """
 

@@ -7,21 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.errors import RequestError
-from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL
-from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURRENCE
-from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
-from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, DIVERGED, OK
-from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.system import General
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.batch import (
+from nlds_vines.engine import responses
+from nlds_vines.engine.batch import (
     Outputs,
     Wanted,
     evidence_arrays,
     on_threads,
 )
-from nlds_vines.orbits.host_orbits import (
+from nlds_vines.engine.host_orbits import (
     HostOrbits,
     compile_host,
     energies_of,
@@ -29,8 +22,15 @@ from nlds_vines.orbits.host_orbits import (
     response_of,
     rows_of,
 )
-from nlds_vines.orbits.records import JUDGED
-from nlds_vines.orbits.responses import of_rows
+from nlds_vines.engine.records import JUDGED
+from nlds_vines.engine.responses import of_rows
+from nlds_vines.errors import RequestError
+from nlds_vines.kernels.hosts.host_contact import OF_SPEED, OF_TOUCH, OF_WALL
+from nlds_vines.kernels.orbit.repetition import TOLERANCE as RECURRENCE
+from nlds_vines.kernels.orbit.repetition import impacts_of, period_of
+from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, DIVERGED, OK
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.system import General
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.progress import Tell
 

@@ -7,15 +7,15 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.one_orbit import Orbit
+from nlds_vines.engine.records import SIMULATED, refuse_impossible
+from nlds_vines.engine.solver_settings import chosen_settings
+from nlds_vines.engine.spectrum import Spectrum, spectrum_of
 from nlds_vines.errors import RequestError, checked_names, choice, shown, truth, unknown, whole
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.one_orbit import Orbit
-from nlds_vines.orbits.records import SIMULATED, refuse_impossible
-from nlds_vines.orbits.solver_settings import chosen_settings
-from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.runs import progress
 from nlds_vines.runs.executors import free_memory
 

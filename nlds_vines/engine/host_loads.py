@@ -7,6 +7,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.engine import responses
+from nlds_vines.engine.compilation import Compilation, Needed
+from nlds_vines.engine.host_orbits import (
+    HostOrbits,
+    Impacts,
+    energies_of,
+    largest_impulses,
+    response_of,
+)
+from nlds_vines.engine.load_task import LoadOfOrbit, LoadTask
+from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.kernels.hosts.host_load import HostLoad, run_host_under
 from nlds_vines.kernels.motion.flight import REACH
 from nlds_vines.kernels.scene.codes import OK
@@ -14,17 +25,6 @@ from nlds_vines.model.loads.loading import Cells, Loading, Struck
 from nlds_vines.model.parameters import SIDES
 from nlds_vines.model.quantities import SHARES, TOUCH_COLUMNS
 from nlds_vines.model.system import General
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.host_orbits import (
-    HostOrbits,
-    Impacts,
-    energies_of,
-    largest_impulses,
-    response_of,
-)
-from nlds_vines.orbits.load_task import LoadOfOrbit, LoadTask
-from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.progress import Tell

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from random_laws import LOADED, case_of
 
+from nlds_vines.engine.batch import start_state
+from nlds_vines.engine.kind_engine import Beginning
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.kernels.orbit.orbit import STATE_AHEAD, STATE_SIZE
 from nlds_vines.kernels.scene.codes import FLYING
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.batch import start_state
-from nlds_vines.orbits.kind_engine import Beginning
-from nlds_vines.orbits.solver_settings import Settings
 
 RECALLED = 2e-11  # relative change of what is noted inside an impact that nearly equals one before
 CASES, PERIODS = 90, 3  # each kind under each law

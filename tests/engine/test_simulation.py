@@ -12,14 +12,14 @@ from twin import follow, model_of
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.request import load_scan
+from nlds_vines.engine import solver_settings as solver
+from nlds_vines.engine.batch import start_state
+from nlds_vines.engine.kind_engine import SHORT
+from nlds_vines.engine.one_orbit import IntegrationError, Orbit
+from nlds_vines.engine.simulation import simulate
+from nlds_vines.engine.solver_settings import Settings, checked_tolerance, chosen_settings
+from nlds_vines.engine.starts import given_states, starts_inside
 from nlds_vines.model.catalog import catalog, load_system
-from nlds_vines.orbits import solver_settings as solver
-from nlds_vines.orbits.batch import start_state
-from nlds_vines.orbits.kind_engine import SHORT
-from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
-from nlds_vines.orbits.simulation import simulate
-from nlds_vines.orbits.solver_settings import Settings, checked_tolerance, chosen_settings
-from nlds_vines.orbits.starts import given_states, starts_inside
 
 SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit

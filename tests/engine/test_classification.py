@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from nlds_vines import classify, load_system, simulate
+from nlds_vines.engine.batch import evidence_arrays, layout_of
+from nlds_vines.engine.solver_settings import EFFORTS
+from nlds_vines.engine.starts import user_states
 from nlds_vines.kernels.cells import verdict
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import DIVERGED, OK
@@ -13,9 +16,6 @@ from nlds_vines.model.labels import FLAGS, flags_of, label_of, labels_of
 from nlds_vines.model.labels import PERIODIC as PERIODIC_LABEL
 from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.batch import evidence_arrays, layout_of
-from nlds_vines.orbits.solver_settings import EFFORTS
-from nlds_vines.orbits.starts import user_states
 from scans import computed, scan_of
 
 NOTED = 4096  # periods of a transient whose section is kept

@@ -10,6 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows
+from nlds_vines.engine.batch import Wanted
+from nlds_vines.engine.compilation import Compilation, Needed, notice
+from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.one_orbit import IntegrationError
+from nlds_vines.engine.records import USUAL, noted
+from nlds_vines.engine.simulation import refuse_without_room
+from nlds_vines.engine.solver_settings import EFFORTS, chosen_settings
 from nlds_vines.errors import choice, truth, whole
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.verdict import BATCHES, QUANTILE
@@ -17,13 +24,6 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.labels import FLAGS, least_lifetime
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import Wanted
-from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.engine import engine_for
-from nlds_vines.orbits.one_orbit import IntegrationError
-from nlds_vines.orbits.records import USUAL, noted
-from nlds_vines.orbits.simulation import refuse_without_room
-from nlds_vines.orbits.solver_settings import EFFORTS, chosen_settings
 from nlds_vines.runs.interrupts import stoppable
 
 _KINDS = {code: name for name, code in FLAGS.items()}

@@ -8,36 +8,36 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError
-from nlds_vines.kernels.cells.host_cycles import trace_host
-from nlds_vines.kernels.scene.codes import OK
-from nlds_vines.kernels.scene.scene import Span
-from nlds_vines.model.parameters import PHASE
-from nlds_vines.model.system import General
-from nlds_vines.orbits.batch import TURN, Wanted, room_for
-from nlds_vines.orbits.compilation import notice
-from nlds_vines.orbits.host_batch import HostKernels, in_cell
-from nlds_vines.orbits.host_loads import HostLoads
-from nlds_vines.orbits.host_orbits import (
+from nlds_vines.engine.batch import TURN, Wanted, room_for
+from nlds_vines.engine.compilation import notice
+from nlds_vines.engine.host_batch import HostKernels, in_cell
+from nlds_vines.engine.host_loads import HostLoads
+from nlds_vines.engine.host_orbits import (
     HostOrbits,
     energies_of,
     follow_host,
     largest_impulses,
     response_of,
 )
-from nlds_vines.orbits.host_section_map import HostSectionMap
-from nlds_vines.orbits.load_task import LoadTask
-from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
-from nlds_vines.orbits.responses import of_rows
-from nlds_vines.orbits.section_map import SectionMap, Variations
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import (
+from nlds_vines.engine.host_section_map import HostSectionMap
+from nlds_vines.engine.load_task import LoadTask
+from nlds_vines.engine.one_orbit import IntegrationError, Orbit
+from nlds_vines.engine.responses import of_rows
+from nlds_vines.engine.section_map import SectionMap, Variations
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import (
     FALLBACK_LENGTH,
     LEAST_AMPLITUDE,
     Start,
     checked_start,
     start_states,
 )
+from nlds_vines.errors import RequestError
+from nlds_vines.kernels.cells.host_cycles import trace_host
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.parameters import PHASE
+from nlds_vines.model.system import General
 from nlds_vines.runs.progress import Tell
 
 

@@ -7,17 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.kernels.cells import cycles
-from nlds_vines.kernels.cells.cells import run_cell
-from nlds_vines.kernels.orbit.orbit import STATE_SIZE
-from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.scene.scene import CellBuffers, Span
-from nlds_vines.kernels.watch.observe import Impacts
-from nlds_vines.model.parameters import PHASE
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import Preset
-from nlds_vines.orbits import responses, starts
-from nlds_vines.orbits.batch import (
+from nlds_vines.engine import responses, starts
+from nlds_vines.engine.batch import (
     Kernels,
     Wanted,
     at_section,
@@ -27,14 +18,23 @@ from nlds_vines.orbits.batch import (
     start_state,
     unit_norms,
 )
-from nlds_vines.orbits.compilation import Compilation, Needed, notice
-from nlds_vines.orbits.load_flight import KindLoads
-from nlds_vines.orbits.load_task import LoadTask
-from nlds_vines.orbits.one_orbit import IntegrationError, Orbit
-from nlds_vines.orbits.records import IMPACT, IMPACT_NUMBERS, Violation
-from nlds_vines.orbits.section_map import SectionMap, Variations
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start
+from nlds_vines.engine.compilation import Compilation, Needed, notice
+from nlds_vines.engine.load_flight import KindLoads
+from nlds_vines.engine.load_task import LoadTask
+from nlds_vines.engine.one_orbit import IntegrationError, Orbit
+from nlds_vines.engine.records import IMPACT, IMPACT_NUMBERS, Violation
+from nlds_vines.engine.section_map import SectionMap, Variations
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import Start
+from nlds_vines.kernels.cells import cycles
+from nlds_vines.kernels.cells.cells import run_cell
+from nlds_vines.kernels.orbit.orbit import STATE_SIZE
+from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.scene.scene import CellBuffers, Span
+from nlds_vines.kernels.watch.observe import Impacts
+from nlds_vines.model.parameters import PHASE
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import Preset
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 

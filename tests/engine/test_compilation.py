@@ -11,12 +11,12 @@ import time
 
 import pytest
 
+from nlds_vines.engine import compilation
+from nlds_vines.engine.batch import LANES
+from nlds_vines.engine.compilation import Compilation, Needed, kernels_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import lanes
 from nlds_vines.kernels.numerics import compiling, elementary
-from nlds_vines.orbits import compilation
-from nlds_vines.orbits.batch import LANES
-from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.runs import executors, interrupts, progress
 
 USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
@@ -121,7 +121,7 @@ ALONE = {
 @pytest.mark.parametrize("name", ALONE)
 def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, name):
     assert compilation.may_help()
-    monkeypatch.setattr(f"nlds_vines.orbits.compilation.{name}", lambda: ALONE[name])
+    monkeypatch.setattr(f"nlds_vines.engine.compilation.{name}", lambda: ALONE[name])
     assert not compilation.may_help()
     assert follow(lanes.run_lanes) == words(24)
     assert begun == []

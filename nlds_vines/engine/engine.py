@@ -11,16 +11,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from nlds_vines.engine.batch import Outputs, Wanted
+from nlds_vines.engine.host_engine import HostEngine
+from nlds_vines.engine.kind_engine import KindEngine
+from nlds_vines.engine.load_task import LoadRunner, LoadTask
+from nlds_vines.engine.one_orbit import Orbit
+from nlds_vines.engine.section_map import SectionMap, Variations
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import Start
 from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.system import General, System
-from nlds_vines.orbits.batch import Outputs, Wanted
-from nlds_vines.orbits.host_engine import HostEngine
-from nlds_vines.orbits.kind_engine import KindEngine
-from nlds_vines.orbits.load_task import LoadRunner, LoadTask
-from nlds_vines.orbits.one_orbit import Orbit
-from nlds_vines.orbits.section_map import SectionMap, Variations
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import Start
 from nlds_vines.runs.progress import Tell
 
 

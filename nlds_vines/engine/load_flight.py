@@ -12,6 +12,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from nlds_vines.engine import responses
+from nlds_vines.engine.batch import parts_of, room_for_impacts, start_state
+from nlds_vines.engine.compilation import Compilation, Needed
+from nlds_vines.engine.load_task import LoadOfOrbit, LoadTask
+from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.kernels.cells import load_numbers as of_orbit
 from nlds_vines.kernels.cells.load_numbers import (
     ORBIT_NUMBERS,
@@ -30,11 +35,6 @@ from nlds_vines.model.presets import cell_type
 from nlds_vines.model.quantities import OF_LOADS_BY_NAME, SHARES, WAYS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.batch import parts_of, room_for_impacts, start_state
-from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.load_task import LoadOfOrbit, LoadTask
-from nlds_vines.orbits.solver_settings import chosen_settings
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.progress import Tell

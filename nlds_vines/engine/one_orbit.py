@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined, Rows, numbers
+from nlds_vines.engine.records import STATUS, Violation
 from nlds_vines.errors import RequestError, library
 from nlds_vines.model.system import System
-from nlds_vines.orbits.records import STATUS, Violation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

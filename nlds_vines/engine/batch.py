@@ -13,6 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.engine import responses
+from nlds_vines.engine.compilation import Compilation, Needed, kernels_of
+from nlds_vines.engine.records import JUDGED, NOTED, noted, touches_noted
+from nlds_vines.engine.solver_settings import EFFORTS, Settings
+from nlds_vines.engine.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
+from nlds_vines.engine.starts import ROUND_OFF, checked_start, user_states
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels import laws
 from nlds_vines.kernels.cells import cells as part_period
@@ -33,12 +39,6 @@ from nlds_vines.model.presets import cell_type
 from nlds_vines.model.quantities import stored_in
 from nlds_vines.model.scenes import Scene, scene_of
 from nlds_vines.model.system import Preset
-from nlds_vines.orbits import responses
-from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
-from nlds_vines.orbits.records import JUDGED, NOTED, noted, touches_noted
-from nlds_vines.orbits.solver_settings import EFFORTS, Settings
-from nlds_vines.orbits.spectrum import LINES, UNCLEAR, SpectralRecords, spectral_label, spectrum_of
-from nlds_vines.orbits.starts import ROUND_OFF, checked_start, user_states
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell

@@ -8,6 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.engine.batch import WALLS, Layout
+from nlds_vines.engine.compilation import Compilation, Needed
+from nlds_vines.engine.records import HOST_IMPACT, NOTED
+from nlds_vines.engine.solver_settings import EFFORTS, TOLERANCE
+from nlds_vines.engine.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD, checked_start
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
@@ -29,11 +34,6 @@ from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.parameters import CONSTANTS, DAMPING, SIDES
 from nlds_vines.model.system import General
-from nlds_vines.orbits.batch import WALLS, Layout
-from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.records import HOST_IMPACT, NOTED
-from nlds_vines.orbits.solver_settings import EFFORTS, TOLERANCE
-from nlds_vines.orbits.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_SPREAD, checked_start
 from nlds_vines.runs.interrupts import stoppable
 from nlds_vines.runs.progress import Tell
 

@@ -11,16 +11,16 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from nlds_vines.archives.representation import Outlined
+from nlds_vines.engine.batch import parts_of, room_for, unit_norms
+from nlds_vines.engine.compilation import Compilation, Needed
+from nlds_vines.engine.solver_settings import Settings
+from nlds_vines.engine.starts import user_states
 from nlds_vines.kernels.cells import cells as part_period
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.labels import name_of
 from nlds_vines.model.parameters import DESCRIBED, PARAMETERS
 from nlds_vines.model.system import System
-from nlds_vines.orbits.batch import parts_of, room_for, unit_norms
-from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.solver_settings import Settings
-from nlds_vines.orbits.starts import user_states
 from nlds_vines.runs.progress import Tell
 
 # Difference step for the formulas that turn parameters into a cell's numbers, relative to the

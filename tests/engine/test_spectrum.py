@@ -8,9 +8,9 @@ from support import FULL, amplitudes
 
 import nlds_vines as nv
 from nlds_vines import classify, load_system, simulate
-from nlds_vines.orbits import classification
-from nlds_vines.orbits.classification import LyapunovSpectrum, lyapunov_spectrum
-from nlds_vines.orbits.spectrum import NEIGHBORS, TAPERS, spectrum_of
+from nlds_vines.engine import classification
+from nlds_vines.engine.classification import LyapunovSpectrum, lyapunov_spectrum
+from nlds_vines.engine.spectrum import NEIGHBORS, TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory

@@ -6,6 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nlds_vines.engine.batch import room_for
+from nlds_vines.engine.compilation import Compilation, Needed
+from nlds_vines.engine.host_orbits import HostOrbits, energies_of, rows_of
+from nlds_vines.engine.section_map import WEIGHTS, Cycle, SectionMap, bordered
+from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells import cycles
 from nlds_vines.kernels.cells.host_cycles import trace_host
@@ -15,11 +20,6 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.labels import name_of
 from nlds_vines.model.system import General
-from nlds_vines.orbits.batch import room_for
-from nlds_vines.orbits.compilation import Compilation, Needed
-from nlds_vines.orbits.host_orbits import HostOrbits, energies_of, rows_of
-from nlds_vines.orbits.section_map import WEIGHTS, Cycle, SectionMap, bordered
-from nlds_vines.orbits.solver_settings import Settings
 from nlds_vines.runs.progress import Tell
 
 # Difference steps, relative to the parameter: the first one, the factor by which it is shortened,

@@ -15,13 +15,13 @@ from scipy.optimize import brentq
 from support import references, system_of
 
 from nlds_vines import load_response_history, load_system, simulate
+from nlds_vines.engine.batch import parts_of, room_for_impacts
 from nlds_vines.kernels.cells.load_numbers import last_above
 from nlds_vines.kernels.cells.load_orbit import buffers_for, fly_under
 from nlds_vines.kernels.orbit.orbit import STATE_SIZE
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.watch.observe import RELEASE, TOUCH
 from nlds_vines.loads.run import arrays_of
-from nlds_vines.orbits.batch import parts_of, room_for_impacts
 
 mpmath.mp.dps = 30
 END = 3.0  # [s]

@@ -16,8 +16,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
+from nlds_vines.engine.records import JUDGED
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.records import JUDGED
 from nlds_vines.runs import interrupts, progress
 from nlds_vines.runs.executors import free_memory, processors, threads_in_use
 from nlds_vines.runs.progress import Clock, Tell
@@ -158,7 +158,7 @@ class Compilation:
 
 def begin(needed: Needed) -> Process | None:
     """Start the process that compiles the verdict; None if that fails."""
-    call = "import sys; from nlds_vines.orbits import batch; batch.compile_verdict(*sys.argv[1:])"
+    call = "import sys; from nlds_vines.engine import batch; batch.compile_verdict(*sys.argv[1:])"
     wanted = needed.scene, needed.method, ",".join(needed.want)
     try:
         return subprocess.Popen(

@@ -104,7 +104,7 @@ def test_weights_of_the_memory_and_their_bounds(flow):
     body, short = flow.host.body, flow.host.short
     A = matrix_of(body)[: 2 * body.size, : 2 * body.size] * short.length
     state = np.concatenate([np.zeros(body.size), body.answers[: body.size]])
-    g, count = [], 3 * host_impact.WEIGHTS
+    g, count = [], 3 * host_impact.SUMMED
     for _ in range(count):
         g.append(along(body, 0, state, 0)[1])
         state = A @ state
@@ -113,10 +113,10 @@ def test_weights_of_the_memory_and_their_bounds(flow):
     for k in range(1, count):
         inverse.append(-sum(g[k - i] * inverse[i] for i in range(k)))
     w = -np.array(inverse)
-    known = short.weights[: host_impact.WEIGHTS]
-    assert known == pytest.approx(w[: host_impact.WEIGHTS], rel=1e-9, abs=1e-12)
+    known = short.weights[: host_impact.SUMMED]
+    assert known == pytest.approx(w[: host_impact.SUMMED], rel=1e-9, abs=1e-12)
     k = np.arange(count)
-    measured = slice(host_impact.LEAST_POWERS + 3, host_impact.WEIGHTS)
+    measured = slice(host_impact.LEAST_POWERS + 3, host_impact.SUMMED)
     assert np.all(np.abs(w[measured]) <= (1 + 1e-12) * short.growths[0] ** k[measured])
     q = host_impact.SUM_OF_WEIGHTS / short.reaches[0]
     assert np.all(np.abs(w) <= q**k)
@@ -159,7 +159,7 @@ def test_the_rest_of_the_push_is_bounded(short_flow, monkeypatch):
         parts.clear()
         host_impact.approach_at(short_flow.host, 0, 0.4, fourth, 1e9)
         d = short.numbers
-        times = np.linspace(0, host_impact.LASTING, 200)
+        times = np.linspace(0, host_impact.LONGEST_SHORT, 200)
         push = d[host_impact.OF_PUSH :][: host_impact.MOST_POWERS]
         for powers, bound in parts:
             beyond = sum(push[k] * times**k for k in range(powers, host_impact.MOST_POWERS))

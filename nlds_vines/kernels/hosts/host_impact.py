@@ -77,27 +77,27 @@ MOST_IMPULSE = 2.0 + 4.0 * LARGEST_OF_HOST  # over s_0: 2 of the free arc, and a
 BESIDE = 1.0e-3  # share of an impact's change of state that is more than the error of any r
 VARIED_TO = 1.0e-13  # relative rest of the series of a variation
 ERROR_OF_R = 4.0e-15  # of r, relative to the sum of its parts
-SHARE = 0.125  # of the error that sweeps may leave, for each rest of a series
+SHARE_OF_REST = 0.125  # of the error that sweeps may leave, for each rest of a series
 STALE = 0.5  # share of it, for the memory of nodes that have moved
 FELT_AGAIN = 10.0  # largest next change of the memory by nodes, relative to that by the last ones
 DEPTHS = 2.0  # bound of 0.2 (z + z_free) / z_0: w z_0 is 0.2 w tick^2 in units of the free arc
-WEIGHTS = 64  # w_k that are computed; the others are bounded
-SUM_OF_WEIGHTS = 8.0  # largest bound of |w_m|^(1 / m) T beyond WEIGHTS: 8^65 / 63! is 3e-29
-FASTER, MOST_GROWTH = 1.5, 1e3  # q from WEIGHTS on, in units of the rate, and of 1 / L
+SUMMED = 64  # w_k that are computed; the others are bounded
+SUM_OF_WEIGHTS = 8.0  # largest bound of |w_m|^(1 / m) T beyond SUMMED: 8^65 / 63! is 3e-29
+FASTER, MOST_GROWTH = 1.5, 1e3  # q from SUMMED on, in units of the rate, and of 1 / L
 PROMISING = 3.0  # largest of the last two terms for which the rest of P is bounded
 LEAST_KICK = 1.0e-16  # bound of the change of state by A^k b from LONG_TERMS on, relative to b
 
 # Parts of `numbers`: series, and the sizes of series; there are zeros before those that take them
 OF_DERIVATIVES, OF_PUSH, OF_WEIGHTS, OF_MEMORY, OF_MOMENTS = 32, 72, 104, 144, 176
-OF_SHIFTS, OF_SUMS, OF_SIZES, OF_PARTS, OF_LATER, NUMBERS = 224, 256, 288, 328, 368, 400
+OF_SHIFTS, OF_SUMS, OF_SIZES, OF_PARTS, OF_LATER, ROOM_OF_IMPACT = 224, 256, 288, 328, 368, 400
 ROOM = MOST_POWERS + 2
 
-LASTING = LONGER * LENGTH  # bound of T / tick
+LONGEST_SHORT = LONGER * LENGTH  # bound of T / tick
 FACTORIAL = np.array([float(math.factorial(k)) for k in range(40)])
 PER_FACTORIAL = np.array([1.0 / math.factorial(k) for k in range(40)])
-TIMES = np.array([LASTING**k for k in range(40)])
+TIMES = np.array([LONGEST_SHORT**k for k in range(40)])
 # bound of the term of w_(k + 3) in units of the free arc, over |w_(k + 3)| tick^(k + 3)
-REMEMBERED = np.array([0.2 * LASTING ** (k + 1) / math.factorial(k + 1) for k in range(40)])
+REMEMBERED = np.array([0.2 * LONGEST_SHORT ** (k + 1) / math.factorial(k + 1) for k in range(40)])
 
 
 class ShortImpacts(NamedTuple):
@@ -110,14 +110,14 @@ class ShortImpacts(NamedTuple):
     length: float  # L [s]
     rows: int  # numbers of a state, in whole fours
     kicks: Any  # (walls * LONG_TERMS * rows,) L^k A^k b / g_0
-    weights: Any  # (walls * WEIGHTS,) L^k w_k
+    weights: Any  # (walls * SUMMED,) L^k w_k
     norms: Any  # (walls * LONG_TERMS,) L^k |A^k b| / |b|
     growths: Any  # (walls,) q L
-    # (walls,) largest T / L for which |w_k| from WEIGHTS on are nothing, and M_k from LONG_TERMS on
+    # (walls,) largest T / L for which |w_k| from SUMMED on are nothing, and M_k from LONG_TERMS on
     reaches: Any
     spans: Any
     jet: Any  # ((ROOM + 1) * size,) derivatives of X of a variation
-    numbers: Any  # NUMBERS, see OF_DERIVATIVES
+    numbers: Any  # ROOM_OF_IMPACT, see OF_DERIVATIVES
     jump: Any  # (rows,)
 
 
@@ -154,9 +154,9 @@ def short_impacts(body, grid, walls, arc):
     size, count = body.size, walls.number
     rows, length = (2 * size + 3) // 4 * 4, grid.h * (1 << (grid.levels - grid.long))
     short = ShortImpacts(
-        arc, length, rows, np.zeros(count * LONG_TERMS * rows), np.zeros(count * WEIGHTS),
+        arc, length, rows, np.zeros(count * LONG_TERMS * rows), np.zeros(count * SUMMED),
         np.zeros(count * LONG_TERMS), np.zeros(count), np.zeros(count), np.zeros(count),
-        np.zeros((ROOM + 1) * size), np.zeros(NUMBERS), np.zeros(rows),
+        np.zeros((ROOM + 1) * size), np.zeros(ROOM_OF_IMPACT), np.zeros(rows),
     )  # fmt: skip
     for wall in range(count):
         if walls.law[wall] == IS_HERTZ:
@@ -168,16 +168,16 @@ def short_impacts(body, grid, walls, arc):
 def fill_kicks(body, grid, walls, short, wall):
     """Fill what `ShortImpacts` holds for a wall; |g_k| <= C rate^k g_0 by the norms of pairs."""
     size, link, sign, length = body.size, walls.links[wall], walls.signs[wall], short.length
-    first, row, of_norms = wall * LONG_TERMS * short.rows, wall * WEIGHTS, wall * LONG_TERMS
+    first, row, of_norms = wall * LONG_TERMS * short.rows, wall * SUMMED, wall * LONG_TERMS
     state, rates = np.zeros(2 * size), np.zeros(size)
-    g, inverse, reach = np.zeros(WEIGHTS), np.zeros(WEIGHTS), 0.0
+    g, inverse, reach = np.zeros(SUMMED), np.zeros(SUMMED), 0.0
     for i in range(size):
         state[size + i] = sign * body.answers[link * size + i]
         reach += abs(body.rows[link * size + i])
     if body.modes + link < size:  # s is the rate of one pair, otherwise a sum of rates
         reach = 1.0
     largest = pair_norm(body, grid, state)
-    for k in range(WEIGHTS):
+    for k in range(SUMMED):
         g[k] = sign * along(body, link, state, 0)[1]
         if k < LONG_TERMS:
             short.norms[of_norms + k] = pair_norm(body, grid, state) / largest
@@ -188,10 +188,10 @@ def fill_kicks(body, grid, walls, short, wall):
             state[i] = length * state[size + i]
             state[size + i] = length * rates[i]
     per = 1.0 / g[0]
-    for k in range(WEIGHTS):
+    for k in range(SUMMED):
         g[k] *= per
     power, known = 1.0, LEAST_POWERS + 3  # of q; w_m from there on are below q^m
-    for k in range(WEIGHTS):
+    for k in range(SUMMED):
         total = 1.0 if k == 0 else 0.0
         for i in range(k):
             total -= g[k - i] * inverse[i]
@@ -201,18 +201,18 @@ def fill_kicks(body, grid, walls, short, wall):
         if k >= known and abs(total) > power:
             short.growths[wall] = exp(log(abs(total)) / k)
             power = abs(total)
-    # beyond WEIGHTS |w_m| <= q^m if the sum of |g_k / g_0| q^-k is at most 1; the rest of the sum
+    # beyond SUMMED |w_m| <= q^m if the sum of |g_k / g_0| q^-k is at most 1; the rest of the sum
     # is that of C (rate / q)^k
     rate = grid.rate * length
     growth, total = FASTER * rate, math.inf
     rest = reach * largest * per
-    for _ in range(WEIGHTS):
+    for _ in range(SUMMED):
         rest *= 1.0 / FASTER
     rest /= 1.0 - 1.0 / FASTER
     while total + rest > 1.0 and growth < MOST_GROWTH:
         total, growth = 0.0, 1.25 * growth
         back = 1.0 / growth
-        for k in range(WEIGHTS - 1, 0, -1):
+        for k in range(SUMMED - 1, 0, -1):
             total = (total + abs(g[k])) * back
     short.reaches[wall] = SUM_OF_WEIGHTS / growth
     # span^32 / 32! times the norm of A^32 b, and a factor for those of more powers
@@ -247,9 +247,9 @@ def approach_at(host, wall, place, fourth, left):
     depth, peak = b2 * b2, kappa * (b2 * b2 * b2)
     tick = 2.5 * s / peak
     part = tick / short.length
-    span = LASTING * part  # of the impact, in long cells
+    span = LONGEST_SHORT * part  # of the impact, in long cells
     end, reach = place + span, min(short.reaches[wall], short.spans[wall])
-    if not (LASTING * tick < left and end < WINDOW and span < reach):
+    if not (LONGEST_SHORT * tick < left and end < WINDOW and span < reach):
         return nothing
     # what the polynomial of r omits of a
     end2 = end * end
@@ -257,7 +257,7 @@ def approach_at(host, wall, place, fourth, left):
     end8 = end4 * end4
     omitted = host.grid.rests[walls.links[wall]] * fourth / (peak * short.length * short.length)
     omitted *= (end8 * end8) * (end8 * end4) * end2 * PER_FACTORIAL[LONG_TERMS - 2]
-    negligible = SHARE * settled
+    negligible = SHARE_OF_REST * settled
     if not omitted < negligible:
         return nothing
     for k in range(0, LONG_TERMS, 4):
@@ -279,7 +279,7 @@ def approach_at(host, wall, place, fourth, left):
             known += 4
         while filled < powers + 8:
             units = four_of(by, by * part, by * part2, by * (part2 * part))
-            weights = four_at(short.weights, wall * WEIGHTS + filled)
+            weights = four_at(short.weights, wall * SUMMED + filled)
             put_four(d, OF_WEIGHTS + filled, weights * units)
             by *= step
             filled += 4
@@ -294,11 +294,11 @@ def approach_at(host, wall, place, fourth, left):
         powers += 4
         grown *= (growth * growth) * (growth * growth)
         # a push e (t / T)^K changes the speed, relative to s_0, by 2.5 e T / (K + 1) ticks
-        enough = negligible * (powers + 1.0) / (2.5 * LASTING)
+        enough = negligible * (powers + 1.0) / (2.5 * LONGEST_SHORT)
         last = max(d[OF_PARTS + powers - 1], d[OF_PARTS + powers - 2])
         if powers >= LEAST_POWERS and last < PROMISING * enough and growth < 0.5 * powers:
             # twice the first term of w_m, m > K + 2, over T^(m - 2) / (m - 2)!
-            beyond = 2.0 * DEPTHS / (LASTING * LASTING) * PER_FACTORIAL[powers + 1]
+            beyond = 2.0 * DEPTHS / (LONGEST_SHORT * LONGEST_SHORT) * PER_FACTORIAL[powers + 1]
             beyond *= grown * (growth * growth) * growth
             units = abs(scale) * FACTORIAL[powers + 2] / (part2 * part)
             bound = number_of(derive(from_place(d, OF_SIZES), powers + 2, end), 0) * units
@@ -314,7 +314,7 @@ def rest_of_push(d, powers, bound):
     """Return the sum in (1); bound: Z_(K + 2)."""
     total, last = bound, powers + 2
     for m in range(1, last + 1):
-        bound *= LASTING
+        bound *= LONGEST_SHORT
         if m < last:
             bound += abs(d[OF_DERIVATIVES + last - m])
         total += abs(d[OF_WEIGHTS + m]) * bound
@@ -324,7 +324,7 @@ def rest_of_push(d, powers, bound):
 @jit
 def without_small_terms(short, wall, arc):
     """Return a `ShortArc` without what is negligible of P and of m; fill m."""
-    d, negligible, powers = short.numbers, SHARE * short.arc.settled, arc.powers
+    d, negligible, powers = short.numbers, SHARE_OF_REST * short.arc.settled, arc.powers
     put_four(d, OF_PARTS + powers, four(0.0))
     rests, remembers = four(0.0), four(0.0)
     for k in range(0, powers, 4):
@@ -366,7 +366,7 @@ def distance_to_others(host, wall, place, arc):
     `Scratch.columns`, with the bounds of |r''''| in `Scratch.gaps`.
     """
     body, walls, short, scratch = host.body, host.walls, host.short, host.scratch
-    lasting, least, impulse = LASTING * arc.tick, math.inf, MOST_IMPULSE * arc.s
+    lasting, least, impulse = LONGEST_SHORT * arc.tick, math.inf, MOST_IMPULSE * arc.s
     span = lasting / short.length
     square = short.length * short.length
     for other in range(walls.number):
@@ -676,7 +676,7 @@ def bounce(host, wall, touch, limit, y):
     if not (arc.shrinks < LARGEST_OF_HOST and distance > 0.0):
         return nothing, 0.0, 0.0, nowhere
     solved, ratio, took = solve_short(short, LEVEL.whole, LEVEL.error, arc)
-    if not (solved and took < LASTING):
+    if not (solved and took < LONGEST_SHORT):
         return nothing, 0.0, 0.0, nowhere
     count = fill_moments(short, wall, arc, (ratio, took))
     ended, ended_x = place_at(grid, begun, begun_x, took * arc.part)

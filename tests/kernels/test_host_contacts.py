@@ -311,12 +311,16 @@ def test_hosts_with_all_pairs_of_laws_move_as_by_scipy(seeds):
         start = np.zeros(len(system.scene.components))
         start[1::2] = 0.05 * np.random.default_rng([seed, 4]).normal(size=len(start) // 2)
         orbit = nv.simulate(system, 3, start=start, tolerance=1e-12, quiet=True)
-        other = nv.simulate(system, 3, start=start, tolerance=1e-9, quiet=True)
+        # ten tolerances at the start, as both methods err along the way, grow to this at the end
+        scale = np.abs(orbit.state).max()
+        moved = start.copy()  # its velocities, as displacements may lie on walls
+        signs = np.random.default_rng([seed, 5]).choice([-1.0, 1.0], len(start) // 2)
+        moved[1::2] += 1e-11 * scale * signs
+        other = nv.simulate(system, 3, start=moved, tolerance=1e-12, quiet=True)
         state, (_, speeds) = by_scipy(system, 3, 1e-13, start)
         coarse, _ = by_scipy(system, 3, 1e-11, start)
         touched += np.count_nonzero(speeds > 1e-4 * speeds.max(initial=0.0))
-        scale = np.abs(state).max()
-        spread = 100 * np.abs(orbit.state - other.state).max() + 3 * np.abs(coarse - state).max()
+        spread = np.abs(orbit.state - other.state).max() + 3 * np.abs(coarse - state).max()
         found = np.concatenate([orbit.state[::2], orbit.state[1::2]])
         assert np.abs(found - state).max() < 5e-9 * scale + spread, seed
         for damper in system.dampers:  # the peaks of forces, too

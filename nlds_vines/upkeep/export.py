@@ -48,7 +48,7 @@ def _declare(parser: Parser) -> None:
         "dataset",
         nargs="*",
         metavar="DATASET",
-        help="or points, special ...; by default each with a value for each orbit",
+        help="by default all with a value for each orbit; or points, special",
     )
     add("-o", "--output", metavar="FILE.csv", help="the table [FILE.csv]")
     add("--overwrite", action="store_true", help="replace a file")

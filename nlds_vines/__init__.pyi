@@ -30,6 +30,7 @@ from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.loads.result import ResponseHistories as ResponseHistories
 from nlds_vines.model.catalog import load_system as load_system
 from nlds_vines.model.dampers import Damper as Damper
+from nlds_vines.model.dampers import Spring as Spring
 from nlds_vines.model.dampers import Wall as Wall
 from nlds_vines.model.host import Host as Host
 from nlds_vines.model.host import beam as beam

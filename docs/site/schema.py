@@ -18,7 +18,7 @@ from reference import REQUESTS
 from nlds_vines import errors
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import SYSTEM_KEYS, catalog
-from nlds_vines.model.dampers import DAMPER_KEYS, WALL_KEYS
+from nlds_vines.model.dampers import DAMPER_KEYS, SPRING_KEYS, WALL_KEYS
 from nlds_vines.model.host import KEYS as HOST_KEYS
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
 from nlds_vines.model.loads.record import Record, RecordFile
@@ -143,11 +143,12 @@ def system_of_a_kind() -> Schema:
 def system_of_a_host() -> Schema:
     """Return the schema of a host with dampers and forces."""
     walls = {"type": "array", "items": keys(WALL_KEYS)}
+    spring = keys(SPRING_KEYS, **{key: {"type": "number"} for key in SPRING_KEYS})
     return keys(
         GENERAL_KEYS,
         kind={"enum": [General.kind]},
         host=keys(dict.fromkeys(key for one in HOST_KEYS.values() for key in one)),
-        dampers={"type": "array", "items": keys(DAMPER_KEYS, walls=walls)},
+        dampers={"type": "array", "items": keys(DAMPER_KEYS, walls=walls, spring=spring)},
         force=keys(FORCE_KEYS),
     )
 

@@ -57,6 +57,12 @@ class HostOrbits:
 
     def __init__(self, system: General, tolerance: float = TOLERANCE) -> None:
         host, self.system = system.host, system
+        for damper in system.dampers:
+            if damper.spring is not None:
+                raise RequestError(
+                    f"damper {damper.name!r} has a nonlinear spring, under which no motion is "
+                    "computed yet"
+                )
         n = len(host.inertia)
         if n > MOST_COORDINATES:
             raise RequestError(

@@ -1,4 +1,4 @@
-"""Dampers on a host: `Damper`, its `Wall`s, and both from tables of a request file."""
+"""Dampers on a host: `Damper`, its `Wall`s and its `Spring`, and all from tables of a file."""
 
 from __future__ import annotations
 
@@ -120,6 +120,131 @@ class Wall:
         return f"Wall: gap {self.gap:g} m, side {self.side!r}, law {self.law!r}, {constants}"
 
 
+@dataclass(frozen=True, init=False, repr=False)
+class Spring:
+    """What a damper's spring adds to its linear force: a polynomial in the displacement r.
+
+    The force of the whole spring is k r + k2 r^2 + k3 r^3 + k5 r^5 with the k of its damper, and r
+    is positive where the spring is shortened, as at a `Wall` on side "+".
+
+    Parameters
+    ----------
+    k2, k3, k5 : float, optional
+        Coefficients [N/m^2, N/m^3, N/m^5] of either sign; at least one of them, which may be 0.
+        Those that are given are parameters of the damper: `nes.k3`.
+    **others
+        Any other name is refused.
+
+    Raises
+    ------
+    RequestError
+        If no coefficient is given, or one that is not finite, and for another power of r: |r|^n
+        of any n is the force of a wall under the law "power".
+
+    See Also
+    --------
+    Damper, Wall
+
+    Notes
+    -----
+    k2 alone, and negative coefficients of the highest power, are refused with the damper: the
+    energy k r^2 / 2 + k2 r^3 / 3 + k3 r^4 / 4 + k5 r^6 / 6 must have a lower bound.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.Spring(k3=1e5)
+    Spring: k3 = 100000
+    """
+
+    k2: float
+    k3: float
+    k5: float
+    given: tuple[str, ...]
+
+    def __init__(
+        self,
+        k2: float | None = None,
+        k3: float | None = None,
+        k5: float | None = None,
+        **others: object,
+    ) -> None:
+        if others:
+            raise RequestError(
+                f"{next(iter(others))} is no coefficient of a spring; allowed: "
+                f"{', '.join(SPRING_KEYS)}. A force K |r|^n with another n is that of two walls "
+                'with gap 0 under law = "power"'
+            )
+        values = {"k2": k2, "k3": k3, "k5": k5}
+        given = tuple(key for key, value in values.items() if value is not None)
+        if not given:
+            raise RequestError(f"a spring needs a coefficient: {', '.join(SPRING_KEYS)}")
+        for key, value in values.items():
+            self.__dict__[key] = 0.0 if value is None else number(key, value)
+        self.__dict__["given"] = given
+
+    @property
+    def statements(self) -> dict[str, float]:
+        """The coefficients that were given, by name."""
+        return {key: getattr(self, key) for key in self.given}
+
+    def changed(self, values: Mapping[str, float]) -> Spring:
+        """Return the spring with other values of coefficients that were given."""
+        return Spring(**{key: values.get(key, value) for key, value in self.statements.items()})
+
+    def force(self, r: Any) -> Any:
+        """Return k2 r^2 + k3 r^3 + k5 r^5 [N], without k r."""
+        square = r * r
+        return square * (self.k2 + r * (self.k3 + square * self.k5))
+
+    def slope(self, r: Any) -> Any:
+        """Return the derivative of `force`, 2 k2 r + 3 k3 r^2 + 5 k5 r^4 [N/m]."""
+        square = r * r
+        return r * (2.0 * self.k2 + r * (3.0 * self.k3 + 5.0 * square * self.k5))
+
+    def energy(self, r: Any) -> Any:
+        """Return the potential of `force`, k2 r^3 / 3 + k3 r^4 / 4 + k5 r^6 / 6 [J]."""
+        square = r * r
+        return r * square * (self.k2 / 3.0 + r * (self.k3 / 4.0 + square * self.k5 / 6.0))
+
+    def __repr__(self) -> str:
+        return f"Spring: {numbers(self.statements)}"
+
+
+SPRING_KEYS = ("k2", "k3", "k5")
+
+
+def has_lower_bound(k: Any, k2: Any, k3: Any, k5: Any) -> Any:
+    """Return True if the energy k r^2 / 2 + k2 r^3 / 3 + k3 r^4 / 4 + k5 r^6 / 6 is bounded below.
+
+    The sign of the highest even power decides; without r^4 and r^6, a cubic term has no bound.
+    """
+    k, k2, k3, k5 = np.broadcast_arrays(k, k2, k3, k5)
+    is_convex = (k2 == 0.0) & (k >= 0.0)
+    without_sixth = (k3 > 0.0) | ((k3 == 0.0) & is_convex)
+    return (k5 > 0.0) | ((k5 == 0.0) & without_sixth)
+
+
+def refuse_unbounded(name: str, has_spring: bool, k: Any, k2: Any, k3: Any, k5: Any) -> None:
+    """Raise `RequestError` if the energy of a damper's spring has no lower bound; also of arrays.
+
+    Without a nonlinear spring it is k >= 0 that is needed.
+    """
+    if not has_spring:
+        replace(DESCRIBED[f"{name}.k"], low=0.0).check(k)
+        return
+    coefficients = np.broadcast_arrays(k, k2, k3, k5)
+    wrong = ~np.atleast_1d(has_lower_bound(*coefficients))
+    if np.any(wrong):
+        first = [float(np.atleast_1d(values)[wrong].flat[0]) for values in coefficients]
+        stated = numbers(dict(zip(("k", *SPRING_KEYS), first, strict=True)))
+        raise RequestError(
+            f"{stated} are not allowed: the energy of the spring of {name}, "
+            "k r^2/2 + k2 r^3/3 + k3 r^4/4 + k5 r^6/6, must have a lower bound: k5 > 0; or k5 = 0 "
+            "and k3 > 0; or k >= 0 alone"
+        )
+
+
 @dataclass(frozen=True)
 class Damper:
     """A damper: a spring and a dashpot between a degree of freedom and a mass, and its walls.
@@ -134,7 +259,8 @@ class Damper:
     m : float, optional
         Its mass [kg].
     k, c : float, optional
-        Stiffness [N/m] and damping [N s/m] of its joint, by default 0.
+        Stiffness [N/m] and damping [N s/m] of its joint, by default 0.  k may be negative beside
+        a `spring` with k3 > 0 or k5 > 0: such a damper is bistable.
     walls : sequence of Wall, optional
         One or two walls, by default none: a tuned mass damper.
     f : float, optional
@@ -145,12 +271,14 @@ class Damper:
     frequency_ratio : float, optional
         In place of k and f, its frequency over that of the lowest mode of the host alone that has
         one; k is known once the damper is on a host, `System.from_host`.
+    spring : Spring, optional
+        Nonlinear terms of its spring, by default none.
 
     Raises
     ------
     RequestError
         For a mass that is missing or out of place, a negative value, two statements of k or of c,
-        and walls that overlap.
+        walls that overlap, and a spring whose energy has no lower bound.
 
     Notes
     -----
@@ -162,6 +290,8 @@ class Damper:
     >>> import nlds_vines as nv
     >>> nv.Damper("cell", attached_to="roof", m=30.0, k=334.0, walls=[nv.Wall(0.05, K=3e7)]).m
     30.0
+    >>> nv.Damper("nes", attached_to="roof", m=30.0, k=-20.0, spring=nv.Spring(k3=1e5)).spring
+    Spring: k3 = 100000
     """
 
     name: str
@@ -173,6 +303,7 @@ class Damper:
     f: float | None = None
     zeta: float | str | None = None
     frequency_ratio: float | None = None
+    spring: Spring | None = None
 
     def __post_init__(self) -> None:
         check_name("name", self.name)
@@ -199,7 +330,10 @@ class Damper:
                 )
             for key in ("m", "k", "c") if has_mass else ("k", "c"):
                 DESCRIBED[f"{self.name}.{key}"].check(number(key, getattr(self, key)))
+            if not isinstance(self.spring, Spring | None):
+                raise RequestError(f"spring = {shown(self.spring)} must be a Spring")
             self._follow_ratios()
+            self._check_energy()
             if not all_are(Wall, self.walls):
                 raise RequestError(f"walls = {shown(self.walls)} must be a list of Wall")
             walls = tuple(self.walls)
@@ -239,6 +373,12 @@ class Damper:
             self.__dict__["c"] = nan if self.zeta is not None else self.c
         elif self.zeta is not None:
             self.__dict__["c"] = float(_of("zeta", "c").parameter(self.zeta, values))
+
+    def _check_energy(self) -> None:
+        """Refuse a spring whose energy has no lower bound."""
+        # a k by a frequency ratio, which is >= 0, is not known yet
+        k = 0.0 if self.frequency_ratio is not None else float(self.k)
+        refuse_unbounded(self.name, self.spring is not None, k, *self.coefficients)
 
     def tuned_to(self, host: Host) -> Damper:
         """Return the damper with the k, and the c by zeta, of its `frequency_ratio` on a host."""
@@ -283,6 +423,13 @@ class Damper:
         return values if self.m is None else {"m": float(self.m), **values}
 
     @property
+    def coefficients(self) -> tuple[float, float, float]:
+        """k2, k3 and k5 [N/m^2, N/m^3, N/m^5] of its spring; 0 without one."""
+        if self.spring is None:
+            return 0.0, 0.0, 0.0
+        return self.spring.k2, self.spring.k3, self.spring.k5
+
+    @property
     def places(self) -> tuple[str, ...]:
         """The degree of freedom, or the two, that it is attached to."""
         ends = self.attached_to
@@ -306,9 +453,11 @@ class Damper:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The numbers by key: m, k, c; gap and constants, those of one wall as gap+ and K-."""
+        """The numbers by key: m, k, c; k3; gap and constants, those of one wall as gap+ and K-."""
         by_side = [(wall.side, {"gap": wall.gap, **wall.statements}) for wall in self.walls]
         values = self.own
+        if self.spring is not None:
+            values |= self.spring.statements
         for key in dict.fromkeys(key for _, constants in by_side for key in constants):
             present = {key + side: c[key] for side, c in by_side if key in c}
             is_common = len(present) == len(by_side) and len({*present.values()}) == 1
@@ -323,7 +472,8 @@ class Damper:
         ]
         keys = dict.fromkeys(key for key, _ in of_walls)
         ratios = ("f", "zeta", "frequency_ratio") if self.m is not None else ()
-        return (*self.own, *ratios, *keys, *(key + side for key, side in of_walls))
+        of_spring = () if self.spring is None else self.spring.given
+        return (*self.own, *ratios, *of_spring, *keys, *(key + side for key, side in of_walls))
 
     def changed(self, values: Mapping[str, Any]) -> Damper:
         """Return the damper with other numbers by key, or `attached_to` another place."""
@@ -344,11 +494,15 @@ class Damper:
             of_wall = {}
             for name, value in values.items():
                 _, key, side = split_name(f".{name}")
-                if name not in of_damper and side in ("", wall.side):
+                if name not in (*of_damper, *SPRING_KEYS) and side in ("", wall.side):
                     of_wall[key] = value
             with at(f"damper {self.name!r}"):
                 walls.append(wall.changed(of_wall) if of_wall else wall)
-        return replace(self, walls=tuple(walls), **statements)
+        spring = self.spring
+        if spring is not None and not values.keys().isdisjoint(spring.given):
+            with at(f"damper {self.name!r}"):
+                spring = spring.changed(values)
+        return replace(self, walls=tuple(walls), spring=spring, **statements)
 
 
 RATIOS_OF_DAMPERS = {"f": "k", "frequency_ratio": "k", "zeta": "c"}
@@ -361,7 +515,7 @@ def _of(name: str, gives: str) -> Ratio:
 
 _OF_LAWS = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.allowed))
 _OF_DAMPERS = ("name", PLACE, "m", "k", "c", *RATIOS_OF_DAMPERS)
-DAMPER_KEYS = (*_OF_DAMPERS, "walls", "law", *_OF_LAWS)
+DAMPER_KEYS = (*_OF_DAMPERS, "spring", "walls", "law", *_OF_LAWS)
 WALL_KEYS = ("gap", "side", "law", *_OF_LAWS)
 
 
@@ -378,7 +532,12 @@ def damper_from(entry: Any) -> Damper:
             entries = table("a wall", wall, WALL_KEYS, ["gap"])
             shared = constants if entries.get("law", law) == law else {}
             made.append(Wall(**{"law": law, **shared, **entries}))
-    return Damper(**{key: values[key] for key in _OF_DAMPERS if key in values}, walls=made)
+    spring = None
+    if "spring" in values:
+        with at("spring"):
+            spring = Spring(**table("a spring", values["spring"]))
+    of_damper = {key: values[key] for key in _OF_DAMPERS if key in values}
+    return Damper(**of_damper, walls=made, spring=spring)
 
 
 def check_places(host: Host, dampers: Sequence[Damper]) -> None:

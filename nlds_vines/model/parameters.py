@@ -296,7 +296,10 @@ _OF_GROUND = {
 _AMPLITUDE = Parameter("P", "P", "N", "amplitude of the force on")
 _OF_DAMPERS = {
     "m": Parameter("m", "m", "kg", "mass of", low=0, above=True),
-    "k": Parameter("k", "k", "N/m", "stiffness of the spring of", low=0),
+    "k": Parameter("k", "k", "N/m", "stiffness of the spring of"),  # < 0 beside k3 or k5 > 0
+    "k2": Parameter("k2", "k₂", "N/m^2", "quadratic stiffness of the spring of"),
+    "k3": Parameter("k3", "k₃", "N/m^3", "cubic stiffness of the spring of"),
+    "k5": Parameter("k5", "k₅", "N/m^5", "quintic stiffness of the spring of"),
     "c": Parameter("c", "c", "N s/m", "damping of", low=0),
     "f": Parameter("f", "f", "Hz", "frequency, on a structure at rest, of", low=0),
     "zeta": Parameter("zeta", "ζ", "1", "damping ratio, on a structure at rest, of", low=0),

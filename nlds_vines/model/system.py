@@ -34,10 +34,12 @@ from nlds_vines.errors import (
 from nlds_vines.model.dampers import (
     PLACE,
     RATIOS_OF_DAMPERS,
+    SPRING_KEYS,
     Damper,
     all_are,
     check_places,
     damper_from,
+    refuse_unbounded,
 )
 from nlds_vines.model.linear_response import (
     amplitudes,
@@ -274,10 +276,11 @@ class System(Outlined):
 
             Of a host with dampers: `host.K`, `host.M`, `host.C`, factors on its matrices,
             `host.ratio`, and of a frame or a chain `floor2.k` and `floor2.m`; `cell1.m`, `cell1.k`,
-            `cell1.c` of the damper cell1, `cell1.f` [Hz] or `cell1.frequency_ratio` in place of k
-            and `cell1.zeta` in place of c; `cell1.gap` and constants of all its walls, `cell1.gap+`
-            of one, `cell1.attached_to`; `force.roof` and `ground`, which replace each other;
-            `omega`, or `f` [Hz].  A table replaces the numbers of one owner: `cell1={"k": 300.0}`.
+            `cell1.c` of the damper cell1, `cell1.k3` of its spring, `cell1.f` [Hz] or
+            `cell1.frequency_ratio` in place of k and `cell1.zeta` in place of c; `cell1.gap` and
+            constants of all its walls, `cell1.gap+` of one, `cell1.attached_to`; `force.roof` and
+            `ground`, which replace each other; `omega`, or `f` [Hz].  A table replaces the numbers
+            of one owner: `cell1={"k": 300.0}`.
 
         Returns
         -------
@@ -1181,7 +1184,9 @@ class General(System):
         for damper in self.dampers:
             mass = "" if damper.m is None else f"m = {damper.m:.6g}, "
             place = " and ".join(damper.places)
-            yield damper.name, f"{mass}k = {damper.k:.6g}, c = {damper.c:.6g}, on {place}"
+            spring = "" if damper.spring is None else f"{numbers(damper.spring.statements)}, "
+            of_joint = f"k = {damper.k:.6g}, {spring}c = {damper.c:.6g}"
+            yield damper.name, f"{mass}{of_joint}, on {place}"
         force = numbers(self.force) or f"{numbers(self.ground)} of the ground"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
 
@@ -1360,12 +1365,28 @@ class General(System):
             if name not in DESCRIBED:
                 raise unknown("parameter", name, self.allowed)
             DESCRIBED[name].check(array)
+        self._refuse_unbounded(values)
         values = {"omega": np.asarray(self.omega), **values}
         shape = np.broadcast_shapes(*(array.shape for array in values.values()))
         cells = np.zeros(shape, [(name, np.float64) for name in values])
         for name, array in values.items():
             cells[name] = array
         return cells
+
+    def _refuse_unbounded(self, values: Mapping[str, np.ndarray]) -> None:
+        """Raise `RequestError` if in one of the cells a spring's energy has no lower bound."""
+        for damper in self.dampers:
+            coefficients = dict(zip(SPRING_KEYS, damper.coefficients, strict=True))
+            of_spring: dict[str, Any] = {"k": damper.k, **coefficients}
+            varied = [key for key in of_spring if f"{damper.name}.{key}" in values]
+            if not varied:
+                continue
+            for key in ("f", "frequency_ratio"):
+                if f"{damper.name}.{key}" in values:
+                    of_spring["k"] = 0.0  # or more
+            for key in varied:
+                of_spring[key] = values[f"{damper.name}.{key}"]
+            refuse_unbounded(damper.name, damper.spring is not None, *of_spring.values())
 
     @cached_property
     def parameters(self) -> Mapping[str, float]:  # type: ignore[override]  # of a preset a field
@@ -1525,6 +1546,7 @@ class General(System):
                 "name": damper.name,
                 PLACE: list(damper.places) if damper.m is None else damper.places[0],
                 **damper.statements,
+                **({} if damper.spring is None else {"spring": damper.spring.statements}),
                 "walls": [
                     {"gap": wall.gap, "side": wall.side, "law": wall.law, **wall.statements}
                     for wall in damper.walls

@@ -54,7 +54,7 @@ CALLS = {
     "System": {"kind": "none", "parameters": SYSTEM}, "Host": {"M": [[2.0]], "K": [[300.0]]},
     "shear_frame": STOREY, "chain": STOREY, "beam": {"length": 1.0, "stiffness": 1.0},
     "Damper": {"name": "cell", "attached_to": "roof", "m": 1.0, "k": 3.0},
-    "Wall": {"gap": 0.1, "K": 1e5}, "slow_manifold": {"system": "ssul-set6"},
+    "Wall": {"gap": 0.1, "K": 1e5}, "Spring": {"k3": 1e5}, "slow_manifold": {"system": "ssul-set6"},
     "read": {"path": "a.h5"}, "open_archive": {"path": "a.h5"}, "orbit_of": {"archive": "a.h5"},
     "basin_measures": {"archive": "a.h5"}, "ensemble_of": {"archive": "a.h5"},
 }  # fmt: skip

@@ -30,9 +30,19 @@ from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS
 from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.watch.observe import (
+    IMPACT_DEPTH,
+    IMPACT_FORCE,
+    RELEASE,
+    SPEED,
+    TOUCH,
+    WALL,
+    Impacts,
+)
 from nlds_vines.model.loads.loading import Cells, Loading, Struck
-from nlds_vines.model.presets import cell_type
-from nlds_vines.model.quantities import OF_LOADS_BY_NAME, SHARES, WAYS
+from nlds_vines.model.parameters import SIDES
+from nlds_vines.model.presets import NEAR, cell_type
+from nlds_vines.model.quantities import OF_LOADS_BY_NAME, SHARES, TOUCH_COLUMNS, WAYS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import Preset
 from nlds_vines.runs.executors import in_pieces
@@ -44,6 +54,7 @@ _SUMS = getattr(sums_of, "entry", sums_of)
 PIECE_BYTES = 1 << 26  # of loads in a thread's memory at once, if no two orbits share theirs
 EDGE_BYTES = 8 * 18  # bytes of a cell of a load: its coefficients, its edge and its jump
 CELLS_OF_PIECE = 64  # cells of a load in which a history is followed again at once
+ROOM = 1024  # for the impacts of a history at first
 
 
 class InCells(Protocol):
@@ -94,12 +105,14 @@ class LoadBatch:
         starts: np.ndarray,
         asked: Asked,
         histories: bool = False,
+        room: int = 0,
     ) -> LoadResults:
         """Integrate one orbit for each of the `cells` (orbits,), from the first edge of its load.
 
         Arguments: `loads` in cells no longer than `longest`; `starts` (orbits, 4), x1, v1, r, s
         before the first jump; the levels of the response quantities that are `asked`, if any;
-        `histories`, whether the results include states and energies at all edges.
+        `histories`, whether the results include states and energies at all edges; `room` for
+        impacts of the first orbit.
         """
         count, walls = len(cells), bool(self.scene.walls)
         edges = max((len(load.edges) for load in loads), default=0) if histories else 0
@@ -109,7 +122,7 @@ class LoadBatch:
             response=np.full((count, RESPONSE_COLUMNS), np.nan),
             peak=np.full((count, 2), np.nan),
             violation=None if self.scene.limit is None else np.zeros((count, 3)),
-            impacts=room_for_impacts(0) if walls else None,
+            impacts=room_for_impacts(room) if walls else None,
             states=np.full((*shape, 4), np.nan),
             sums=np.full((*shape, EDGE_SUMS), np.nan),
             status=np.zeros(count, np.int64),
@@ -179,12 +192,19 @@ class KindLoads:
                     shared[key] = load.cells(struck, task.duration, longest, marks)
                 in_cells.append(shared[key].struck(impulse / struck.mass))
             lanes = slice(begin, end)
-            orbits = batch.run(cells[lanes], in_cells, starts[lanes], asked, task.has_histories)
+            asked_for = cells[lanes], in_cells, starts[lanes], asked, task.has_histories
+            orbits = batch.run(*asked_for, room=ROOM if task.has_histories else 0)
             arrays = self._numbers(cells[lanes], orbits)
             if task.has_histories:
+                impacts = orbits.impacts
+                if impacts is not None and impacts.filled[0] > len(impacts.data):
+                    # the same orbit has the same number of impacts
+                    orbits = batch.run(*asked_for, room=int(impacts.filled[0]))
                 load, _ = loads[0]
                 followed = Followed(batch, cells, load, struck, longest, in_cells[0], orbits)
                 arrays |= self._histories(cells, orbits, *states_at(task.times, followed))
+                if orbits.impacts is not None:
+                    arrays["touches"] = self._touches(cells[0], orbits.impacts)
             pieces[begin] = arrays
 
         most = max(1, PIECE_BYTES // (EDGE_BYTES * max(1, len(task.times) - 1)))
@@ -245,6 +265,35 @@ class KindLoads:
         violation = orbits.violation
         arrays["violations"] = np.zeros(len(cells)) if violation is None else violation[:, 2]
         return arrays
+
+    def _touches(self, cell: np.void, impacts: Impacts) -> np.ndarray:
+        """Return the impacts (impacts, columns) of an orbit, in the columns of `TOUCH_COLUMNS`."""
+        scene = self.system.scene
+        rows = impacts.data[: impacts.filled[0]]
+        columns = {
+            "touch": rows[:, TOUCH],
+            "release": rows[:, RELEASE],
+            "speed": rows[:, SPEED],
+            "force": rows[:, IMPACT_FORCE].copy(),
+            "depth": rows[:, IMPACT_DEPTH],
+            "impulse": np.zeros(len(rows)),
+            "damper": np.zeros(len(rows)),
+            "wall": np.where(rows[:, WALL] == 0, SIDES["+"], SIDES["-"]),
+        }
+        m1 = float(cell["m1"])
+        mass = m1
+        if scene.damper:
+            m2 = float(cell["m2"])
+            mass = m1 * m2 / (m1 + m2)
+        for code, wall in enumerate(("near", "far")):
+            if wall in scene.walls and scene.law_at(wall).instant:
+                own = rows[:, WALL] == code
+                has_own_law = scene.law_2 is not None and wall == "near"
+                constants = cell[NEAR] if has_own_law else cell
+                restitution = float(constants["e"])
+                columns["impulse"][own] = (1.0 + restitution) * mass * rows[own, SPEED]
+                columns["force"][own] = np.inf
+        return np.array([columns[name] for name in TOUCH_COLUMNS]).T
 
     def _histories(
         self, cells: np.ndarray, orbits: LoadResults, states: np.ndarray, sums: np.ndarray

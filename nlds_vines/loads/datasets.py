@@ -98,7 +98,7 @@ def in_columns(request: HistoryRequest, system: System, arrays: Arrays) -> dict[
             filled = np.full(shape, entry.fill, values.dtype)
             filled[:, places[dim]] = values
             columns[entry.name] = filled
-    if "touches" in arrays and len(arrays["touches"]):
+    if "touches" in arrays and len(arrays["touches"]) and owners["damper"] and own["damper"]:
         touches = arrays["touches"].copy()
         damper = [*TOUCH_COLUMNS].index("damper")
         touches[:, damper] = np.array(places["damper"])[touches[:, damper].astype(int)]

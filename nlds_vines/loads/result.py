@@ -57,7 +57,7 @@ class ResponseHistory(Outlined):
     impacts : mapping of str to (impacts,) ndarray
         Columns of the impacts in the order of touches: times `touch` and `release` [s], approach
         `speed` [m/s], largest `force` [N] and `depth` [m], `impulse` [N s] of a rigid wall, the
-        `damper`, the side of its `wall`.  Of the paper's kinds they are counted, not recorded.
+        `damper`, and its `wall`: the side, "+" or "-", or what is struck of the paper's kinds.
     """
 
     time: np.ndarray
@@ -406,9 +406,11 @@ def _impacts(view: ArchiveView, request: HistoryRequest, number: int) -> dict[st
     """Return the columns of the recorded impacts of a system by its number in the request."""
     if "impact_system" not in view:
         return dict.fromkeys(TOUCH_COLUMNS, np.zeros(0))
+    system = request.systems[number]
     own = view["impact_system"] == number
     columns = {name: view[f"impact_{name}"][own] for name in TOUCH_COLUMNS}
-    dampers = np.array(owners_of(request)["damper"], dtype=str)
+    # a structure that strikes walls itself has no damper
+    dampers = np.array(owners_of(request)["damper"] or system.damper_names or [""], dtype=str)
     columns["damper"] = dampers[columns["damper"].astype(int)]
-    columns["wall"] = np.where(columns["wall"] > 0.0, "+", "-")
+    columns["wall"] = np.array(system.scene.sides, dtype=str)[(columns["wall"] < 0.0).astype(int)]
     return columns

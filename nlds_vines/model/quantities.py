@@ -616,6 +616,6 @@ TOUCH_COLUMNS = {
     "depth": ("m", "largest depth"),
     "impulse": ("N s", "largest impulse of a rigid wall, 0 of other walls"),
     "damper": ("1", "number of the damper, from 0"),
-    "wall": ("1", "side of its wall, 1 or -1"),
+    "wall": ("1", "its wall, 1 of those that limit r from above, -1 from below"),
 }
 """The columns of the impacts under a load, with their units and meanings."""

@@ -141,6 +141,11 @@ class Scene:
         return self.bodies_struck
 
     @property
+    def sides(self) -> tuple[str, str]:
+        """The names in tables of impacts of the walls that limit r from above and from below."""
+        return self.struck["near"], self.struck["far"]
+
+    @property
     def dampers_and_walls(self) -> Mapping[str, tuple[str, str]]:
         """The damper of each wall and its name in tables of impacts, by the word for the wall."""
         return {word: ("", word) for word in self.wall_words}
@@ -373,6 +378,10 @@ class HostScene(Scene):
     @property
     def wall_words(self) -> tuple[str, ...]:
         return tuple(f"{damper}{side}" for damper, side in self.of_walls)
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        return "+", "-"
 
     @property
     def dampers_and_walls(self) -> Mapping[str, tuple[str, str]]:

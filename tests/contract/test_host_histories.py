@@ -238,6 +238,31 @@ def test_a_host_of_one_floor_is_struck_beside_a_preset(here):
         assert other[name] == pytest.approx(one[name], rel=1e-9)
 
 
+@pytest.mark.parametrize("law", ["hertz", "restitution"])
+def test_impacts_of_presets_are_those_of_the_same_system_from_parts(here, law):
+    """One by one, under a blow: of a wall of the ground, and of two walls, one on each body."""
+    if law == "hertz":
+        preset = nv.load_system("ssul-set6")
+        walls = [nv.Wall(preset.parameters["C"], "+", law="hertz", K=preset.K)]
+    else:
+        preset = nv.load_system("vi-nes", C=0.05, D=0.07, m2=0.1, k2=0.3)
+        walls = [nv.Wall(0.07, "+", law=law, e=0.8), nv.Wall(0.05, "-", law=law, e=0.8)]
+    p = preset.parameters
+    host = nv.Host(M=[[p["m1"]]], K=[[p["k1"]]], C=[[p["c1"]]], dofs=["x1"])
+    damper = nv.Damper("cell", "x1", m=p["m2"], k=p["k2"], c=p["c2"], walls=walls)
+    by_hand = nv.System.from_host(host, [damper], name="by hand")
+    load = {"impulse": p["m1"], "on": "x1"}
+    histories = nv.response_history([preset, by_hand], load=load, duration=10.0, quiet=True)
+    one, other = histories.results.values()
+    assert len(one.impacts["touch"]) == one.numbers["impact_count"] > 5
+    for column in ("touch", "release", "speed", "force", "depth", "impulse"):
+        assert one.impacts[column] == pytest.approx(other.impacts[column], rel=1e-8), column
+    assert set(one.impacts["damper"]) == {"damper"}
+    assert set(other.impacts["damper"]) == {"cell"}
+    words = dict(zip("+-", preset.scene.sides, strict=True))
+    assert one.impacts["wall"].tolist() == [words[side] for side in other.impacts["wall"]]
+
+
 def test_a_blow_from_a_file_and_a_start_decay(here, answer):
     frame = FRAME.reduced(3)
     Path("frame.toml").write_text(nv.load_response_history(

@@ -410,7 +410,7 @@ class LoadResults(NamedTuple):
     response: Any  # (orbits, `codes.RESPONSE_COLUMNS`)
     peak: Any  # (orbits, 2) largest E1 and E2 [J]
     violation: Any  # (orbits, 3), None in a scene without a limit
-    impacts: Any  # `Impacts`, of which only the type matters, None in a scene without walls
+    impacts: Any  # `Impacts` of the first orbit, as many as there is room for; None without walls
     states: Any  # (orbits or 0, edges, 4) at the edges, in the user's coordinates
     sums: Any  # (orbits or 0, edges, `load_orbit.EDGE_SUMS`)
     status: Any  # (orbits,)
@@ -440,6 +440,15 @@ def flown(parts, cell, load, start, results):
 def copy(row, into):
     for i in range(len(row)):
         into[i] = row[i]
+
+
+@jit
+def copy_impacts(impacts, into):
+    """Copy the impacts of an orbit as far as there is room, and note how many there are."""
+    count = impacts.filled[0]
+    into.filled[0] = count
+    for j in range(min(count, len(into.data))):
+        copy(impacts.data[j], into.data[j])
 
 
 @jit(entry=True)
@@ -475,6 +484,8 @@ def fly_orbits(begin, end, parts, cells, loads, starts, asked, results):
         copy(buffers.peak, results.peak[i])
         if results.violation is not None:
             copy(buffers.violation, results.violation[i])
+        if results.impacts is not None and i == 0 and status == OK:
+            copy_impacts(buffers.impacts, results.impacts)
         if status == OK and i < len(results.states):
             for k in range(len(load.edges)):
                 copy(buffers.section[k], results.states[i, k])

@@ -6,14 +6,17 @@ In Python: `nlds_vines.continue_branch(system, parameter="omega", bounds=(5.0, 9
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from nlds_vines.archives.provenance import CONTINUATION, SCAN
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
 from nlds_vines.cli.running import existing
@@ -21,19 +24,23 @@ from nlds_vines.continuation.request import (
     STARTS,
     Begin,
     Continuation,
+    Orbit,
     interval_in,
     load_continuation,
 )
-from nlds_vines.errors import RequestError, at, number, shown
+from nlds_vines.errors import RequestError, at, choice, number, shown
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
 from nlds_vines.runs.run_options import RunOptions
 
 if TYPE_CHECKING:
-    from nlds_vines.continuation.result import Continued
+    from nlds_vines.continuation.result import Continued, Crossing
     from nlds_vines.engine.classification import Regime
 
+    PeriodicOrbit = Regime | Crossing
+
 _NAME = "continuation"
+ALIKE = 1e-9  # relative difference up to which two values of a parameter count as equal
 _EXAMPLES = """\
 examples:
   nlds-vines continuation
@@ -46,6 +53,8 @@ examples:
   nlds-vines continuation --plane P=400:1200 -o plane.h5 --plot plane.png
       where doublings and grazing lie in the plane of frequency and force
   nlds-vines continuation --from figure8.h5@omega=6.28 --along omega=5:8
+  nlds-vines continuation --from branches.h5@omega=7.4 --orbit T,1 --along P=800:400
+      from an orbit of earlier branches, downwards along another parameter
 exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
@@ -56,7 +65,7 @@ def continue_branch(
     system: System | Continuation | str | os.PathLike[str],
     parameter: str | None = None,
     bounds: Sequence[float] | np.ndarray | None = None,
-    start: Regime | Sequence[float] | np.ndarray | str | None = None,
+    start: PeriodicOrbit | Sequence[PeriodicOrbit | float] | np.ndarray | str | None = None,
     *,
     to: str | os.PathLike[str] | None = None,
     period: int | None = None,
@@ -81,13 +90,14 @@ def continue_branch(
     parameter : str, optional
         Name of the free parameter; by default that of the request, or omega.
     bounds : (2,) array_like, optional
-        Its smallest and largest value [SI], with `parameter` only.  Start orbits are searched for
-        at the system's own value, or at the nearest end.
-    start : Regime, array_like or str, optional
-        By default the start of the request, or the orbit from rest; a periodic `Regime`, at its own
-        value of the parameter; a state (x1, v1, x2, v2), (x, v) or of a host [m, m/s], from which
-        the orbit is classified; a label such as "3T,3", searched for among random starts; "random"
-        for the orbits of all random starts.
+        Its first and last value [SI], with `parameter` only; from the larger to the smaller one,
+        branches run downwards.  Start orbits are searched for at the system's own value, or at the
+        nearest end.
+    start : Regime, Crossing or several of them, array_like or str, optional
+        By default the start of the request, or the orbit from rest; a periodic `Regime`, or an
+        orbit of `Continued.orbits_at`, at its own value of the parameter; a state (x1, v1, x2, v2),
+        (x, v) or of a host [m, m/s], from which the orbit is classified; a label such as "3T,3",
+        searched for among random starts; "random" for the orbits of all random starts.
     to : path-like, optional
         The archive (.h5); by default none is kept.
     period : int, optional
@@ -156,7 +166,10 @@ def continue_branch(
     if parameter is not None and bounds is not None:
         changes["along"] = {parameter: {"start": bounds[0], "stop": bounds[1]}}
     request = load_continuation(system, changes, "continue_branch")
-    is_state = isinstance(start, Sequence | np.ndarray) and not isinstance(start, str)
+    is_state = has_orbits = False
+    if isinstance(start, Sequence | np.ndarray) and not isinstance(start, str):
+        has_orbits = len(start) > 0 and not isinstance(start[0], Real)
+        is_state = not has_orbits
     if period is not None and not is_state:
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
     if isinstance(start, str):
@@ -164,30 +177,50 @@ def continue_branch(
         begin = {key: start, "count": starts, "seed": seed}
         request = load_continuation(request, {"start": begin}, "continue_branch")
     elif start is not None:
-        state, at_start, n = _periodic_start(request, start, period)
-        begin = {"states": [state], "values": [at_start], "periods": [n]}
-        request = load_continuation(request, {"start": begin}, "continue_branch")
+        several: Any = start if has_orbits else [start]
+        orbits = [_periodic_start(request, one, period) for one in several]
+        request = load_continuation(request, {"start": _columns(orbits)}, "continue_branch")
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: Continued = Job.compute(request, system, to, how)
     return result
 
 
-def _periodic_start(
-    request: Continuation, start: Regime | Sequence[float] | np.ndarray, period: int | None
-) -> tuple[list[float], float, int]:
-    """Return the state, the parameter's value and n of a regime or of the orbit of a state."""
+def _periodic_start(request: Continuation, start: Any, period: int | None) -> Orbit:
+    """Return an orbit of a regime or of branches, or that of a state at the request's value."""
+    from nlds_vines.continuation.result import Crossing
     from nlds_vines.engine.classification import Regime, classify
 
     parameter, value = request.along.name, request.value
-    if period is not None and not isinstance(start, Regime):
-        return [number("start", one) for one in start], value, period
-    if not isinstance(start, Regime):
+    if not isinstance(start, Regime | Crossing):
+        if period is not None:
+            return Orbit(tuple(number("start", one) for one in start), value, period)
         start = classify(request.system.with_(**{parameter: value}), start=start)
-    if start.point is None:
+    if isinstance(start, Crossing):
+        state = start.state
+    elif start.point is None:
         raise RequestError(f"the start is {start.label}: only a periodic orbit can be followed")
-    if parameter not in start.system.parameters:
+    else:
+        state = start.point
+    theirs = start.system.parameters
+    if parameter not in theirs:
         raise RequestError(f"the start's system has no {parameter}")
-    return start.point.tolist(), start.system.parameters[parameter], start.period
+    ours = request.system.with_(**{parameter: theirs[parameter]}).parameters
+    for name in ours.keys() & theirs.keys():
+        if not math.isclose(ours[name], theirs[name], rel_tol=ALIKE):
+            raise RequestError(
+                f"the start is an orbit at {name} = {theirs[name]!r}, not {ours[name]!r}: continue "
+                "its own system, or give its state with period="
+            )
+    return Orbit(tuple(state.tolist()), theirs[parameter], start.period)
+
+
+def _columns(orbits: Sequence[Orbit]) -> dict[str, list[Any]]:
+    """Return the entries of [start] for orbits."""
+    return {
+        "states": [list(orbit.state) for orbit in orbits],
+        "values": [orbit.value for orbit in orbits],
+        "periods": [orbit.period for orbit in orbits],
+    }
 
 
 @dataclass(frozen=True)
@@ -257,38 +290,51 @@ def _begin(text: str) -> dict[str, Any]:
 
 def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuation:
     """Return the request of a file and of options; an archive gives start orbits and a system."""
-    text = changes.pop("from", None)
+    text, label = changes.pop("from", None), changes.pop("orbit", None)
     if text is None:
+        if label is not None:
+            raise RequestError(
+                f"--orbit {label} is one of an archive, --from FILE.h5; --from {label} searches "
+                "for it among random starts"
+            )
         return load_continuation(source, changes, changes_from)
     from nlds_vines.archives.archive import read
     from nlds_vines.archives.files import parse_toml
     from nlds_vines.bifurcation.request import load_scan
-    from nlds_vines.continuation.run import orbits_in
+    from nlds_vines.continuation.result import read_continuation
+    from nlds_vines.continuation.run import orbits_in, orbits_on
 
     file, _, cell = text.partition("@")
     path, values = Path(file), numbers_by_name("--from", cell)
     with at(f"--from {path}"), read(path) as view:
-        if view.content != "scan":
-            raise RequestError(f"it holds a {view.content}, not a scan")
-        system = load_scan(parse_toml(view.text("scan"), str(path))).system
-        entry = changes.get("along") or load_continuation(source).along.entry()
-        along = interval_in(entry, system)
-        name, changes["along"] = along.name, along.entry()
-        orbits = orbits_in(view, name, values)
-        if "system" not in changes and source is None:
-            others = [axis for axis in view.axes if axis != name and axis not in INITIAL]
+        if view.content == CONTINUATION:
+            earlier = read_continuation(path)
+            usual = earlier.request.along if source is None else load_continuation(source).along
+            system = earlier.request.system
+            along = interval_in(changes.get("along") or usual.entry(), system)
+            system, orbits = orbits_on(earlier, along, values)
+        elif view.content == SCAN:
+            system = load_scan(parse_toml(view.text("scan"), str(path))).system
+            entry = changes.get("along") or load_continuation(source).along.entry()
+            along = interval_in(entry, system)
+            orbits = orbits_in(view, along.name, values)
+            others = [axis for axis in view.axes if axis != along.name and axis not in INITIAL]
             near = {n: abs(view[n] - values.get(n, view[n][0])).argmin() for n in others}
-            changes["system"] = system.with_(**{n: float(view[n][i]) for n, i in near.items()})
+            system = system.with_(**{n: float(view[n][i]) for n, i in near.items()})
+        else:
+            raise RequestError(f"it holds a {view.content}, not a scan or branches")
+    changes["along"] = along.entry()
+    if "system" not in changes and source is None:
+        changes["system"] = system
     inside = [orbit for orbit in orbits if along.low <= orbit.value <= along.high]
     if not inside:
         raise RequestError(f"--from {path}: no periodic orbit of it lies within the interval")
-    changes["start"] = {
-        "policy": "orbits",
-        "states": [list(orbit.state) for orbit in inside],
-        "values": [orbit.value for orbit in inside],
-        "periods": [orbit.period for orbit in inside],
-        **changes.get("start", {}),
-    }
+    if label is not None:
+        labels = dict.fromkeys(orbits[orbit] for orbit in inside)
+        with at(f"--from {path}"):
+            choice("--orbit", label, labels)
+        inside = [orbit for orbit in inside if orbits[orbit] == label]
+    changes["start"] = {"policy": "orbits", **_columns(inside), **changes.get("start", {})}
     return load_continuation(source, changes, changes_from)
 
 
@@ -318,8 +364,14 @@ main = commands.of_task(
         Option(
             "--from",
             "WHAT",
-            "rest, random, a label, or a scan FILE.h5[@NAME=VALUE,...] [rest]",
+            "rest, random, a label, or a scan or branches FILE.h5[@NAME=VALUE,...] [rest]",
             _begin,
+        ),
+        Option(
+            "--orbit",
+            "LABEL",
+            "of an archive's orbits, those of this regime alone",
+            lambda text: {"orbit": text},
         ),
         Option(
             "--all", "", "all orbits of random starts", lambda _: {"start": {"policy": "random"}}

@@ -65,7 +65,7 @@ def turned(point: Point) -> Point:
 class Track:
     """Both directions of a branch, saved as arrays, from which it is restored bit for bit."""
 
-    points: list[Point]  # of two directions, that along which the parameter falls first, reversed
+    points: list[Point]  # of two directions, the second one first, reversed
     specials: list[Special]  # in the same order
     ends: tuple[str, str]  # keys of `branch_arm.ENDS`
     origin: str = "start"  # or "PD", "BP"
@@ -142,6 +142,7 @@ class Explorer:
     doublings: int = 0  # successive ones whose branches are followed
     longest: float = LONGEST_STEP  # step, weighted length
     unstable: int = MOST_POINTS  # the most successive unstable points
+    falls: bool = False  # whether the parameter falls along branches of start orbits
     tracks: list[Track] = field(default_factory=list)
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:
@@ -187,7 +188,8 @@ class Explorer:
 
     def _both_ways(self, cycle: Cycle, grazing: Special | None = None) -> Track | Switch:
         """Follow a branch in both directions from an orbit, which may lie beside a `grazing`."""
-        starts = [first_point(self.section_map, cycle, self.bounds, sign) for sign in (1.0, -1.0)]
+        signs = (-1.0, 1.0) if self.falls else (1.0, -1.0)
+        starts = [first_point(self.section_map, cycle, self.bounds, sign) for sign in signs]
         return self._joined([start for start in starts if start is not None], grazing=grazing)
 
     def _joined(

@@ -270,6 +270,9 @@ def load_continuation(
         if table_of_one := request.table(key):
             with at(request.place(key)):
                 intervals[key] = interval_in(table_of_one, system, free)
+                if key == "plane" and intervals[key].falls:  # its curves have no direction
+                    words = intervals[key].heading()
+                    raise RequestError(f"{words}: the first must be the lesser")
     along = intervals.get("along", DEFAULT_ALONG)
     title = request.title("system", "set", "along", "plane")
     # a label, or orbits, without a policy imply it
@@ -294,6 +297,8 @@ def load_continuation(
 def interval_in(entries: Document, system: System, free: Collection[str] = ()) -> Interval:
     """Return the interval of a table of one parameter, or of a ratio in its place, such as f [Hz].
 
+    If start > stop, the branches run from start to stop.
+
     Raises `RequestError` for a wrong table, and if the unit of a ratio depends on a `free` one.
     """
     if len(entries) != 1:
@@ -302,14 +307,17 @@ def interval_in(entries: Document, system: System, free: Collection[str] = ()) -
     bounds = table(name, entry, ("start", "stop"))
     if bounds.keys() != {"start", "stop"}:
         raise RequestError(f"{name} = {shown(dict(bounds))} must hold start and stop")
+    start, stop = (number(f"{end} of {name}", bounds[end]) for end in ("start", "stop"))
+    if start == stop:
+        raise RequestError(f"{name} from {start!r} to {stop!r}: the ends must differ")
+    stated = Interval(name, min(start, stop), max(start, stop), falls=start > stop)
     ratio = ratios_in(system.scene).get(name)
     if ratio is None:
-        return Interval(name, bounds["start"], bounds["stop"])
+        return stated
     both = next((need for need in ratio.needs if need in free), None)
     if both is not None:
         raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
-    low, high = (number(f"{end} of {name}", bounds[end]) for end in ("start", "stop"))
-    stated = Interval(name, low, high)
-    values = [float(ratio.parameter(value, system.parameters)) for value in (low, high)]
+    first, last = (float(ratio.parameter(value, system.parameters)) for value in (start, stop))
     # f remains f whatever else is set
-    return Interval(ratio.gives, min(values), max(values), None if ratio.needs else stated)
+    kept = None if ratio.needs else stated
+    return Interval(ratio.gives, min(first, last), max(first, last), kept, falls=first > last)

@@ -29,6 +29,7 @@ from nlds_vines.errors import RequestError, number
 from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.model.system import System
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.style import HUES
 
@@ -145,6 +146,10 @@ class Crossing(Outlined):
     ----------
     branch : int
         Number of the branch.
+    system : System
+        The system with this value: `simulate(orbit.system, start=orbit.state)` is the orbit.
+    value : float
+        The value [SI].
     label : str
         "T,1", "3T,3" ...
     state : (4,) ndarray
@@ -158,11 +163,18 @@ class Crossing(Outlined):
     """
 
     branch: int
+    system: System
+    value: float
     label: str
     state: np.ndarray
     multipliers: np.ndarray
     unstable: int
     sections: np.ndarray
+
+    @property
+    def period(self) -> int:
+        """The n of nT."""
+        return len(self.sections)
 
     @property
     def stable(self) -> bool:
@@ -350,6 +362,7 @@ class Continued(Drawable):
                 f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}"
             )
         section_map = map_of(self.request)
+        there = self.request.system.with_(**{along.name: value})
         crossings: list[Crossing] = []
         for i, branch in enumerate(self.branches):
             cycles: list[Cycle] = []
@@ -359,9 +372,17 @@ class Continued(Drawable):
                 cycles.append(cycle)
                 state = section_map.states_of(cycle.place[np.newaxis])[0]
                 places = np.column_stack([cycle.points[:, : len(state)], np.full(cycle.n, value)])
-                sections = section_map.states_of(places)
-                label, mu = cycle.label, cycle.multipliers
-                crossings.append(Crossing(i, label, state, mu, cycle.unstable, sections))
+                crossing = Crossing(
+                    branch=i,
+                    system=there,
+                    value=value,
+                    label=cycle.label,
+                    state=state,
+                    multipliers=cycle.multipliers,
+                    unstable=cycle.unstable,
+                    sections=section_map.states_of(places),
+                )
+                crossings.append(crossing)
         return crossings
 
     def cycles_at(

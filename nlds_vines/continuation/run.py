@@ -15,6 +15,7 @@ from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.continuation.result import (
     CURVE_END_FLAGS,
     KIND_FLAGS,
+    Continued,
     Tables,
     datasets_of,
     map_of,
@@ -30,6 +31,9 @@ from nlds_vines.engine.section_map import SectionMap
 from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.engine.starts import Start
 from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Interval
+from nlds_vines.model.labels import final
+from nlds_vines.model.system import System
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
@@ -79,12 +83,13 @@ def seeds_of(
 
 def orbits_in(
     view: ArchiveView, name: str, cell: dict[str, float], starts: int | None = None
-) -> tuple[Orbit, ...]:
-    """Return periodic orbits of a scan's first `starts`, or all, along a parameter that it varied.
+) -> dict[Orbit, str]:
+    """Return periodic orbits of a scan's first `starts`, or all, with their labels.
 
-    `cell` holds values of varied parameters, of which the nearest cells count, or else the first.
-    Without the parameter itself, the first, the middle and the last cell of each run of equal
-    labels count.  Raises `RequestError` if the archive holds no periods or no states.
+    They lie along a parameter that it varied.  `cell` holds values of varied parameters, of which
+    the nearest cells count, or else the first.  Without the parameter itself, the first, the middle
+    and the last cell of each run of equal labels count.  Raises `RequestError` if the archive holds
+    no periods or no states.
     """
     if name not in view.axes:
         raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
@@ -105,16 +110,64 @@ def orbits_in(
     states = view.take(source, **where)
     if source == "section":
         states = states[..., -1, :]
-    orbits = []
+    orbits: dict[Orbit, str] = {}
     for start in range(period.shape[1])[:starts]:
-        borders = np.flatnonzero(label[1:, start] != label[:-1, start]) + 1
-        runs = zip([0, *borders.tolist()], [*borders.tolist(), len(label)], strict=True)
+        runs = runs_of(label[:, start])
         inner = sorted({i for a, b in runs for i in (a, (a + b - 1) // 2, b - 1)})
         for i in inner if one is None else (one,):
             n, state = int(period[i, start]), states[i, start]
             if n > 0 and np.isfinite(state).all():
-                orbits.append(Orbit(tuple(state.tolist()), float(values[i]), n))
-    return tuple(orbits)
+                orbit = Orbit(tuple(state.tolist()), float(values[i]), n)
+                orbits[orbit] = final(str(label[i, start]))
+    return orbits
+
+
+def runs_of(labels: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first index, and the index behind the last, of each run of equal labels (n,)."""
+    borders = (np.flatnonzero(labels[1:] != labels[:-1]) + 1).tolist()
+    return list(zip([0, *borders], [*borders, len(labels)], strict=True))
+
+
+# ---- from the archive of branches ----
+
+
+def orbits_on(
+    branches: Continued, along: Interval, cell: dict[str, float]
+) -> tuple[System, dict[Orbit, str]]:
+    """Return a system and the orbits of earlier branches in an interval, with their labels.
+
+    `cell` is empty or holds a value of the parameter of these branches: then the orbits are those
+    at this value, and the system has it.  Without it, the interval must be of the same parameter,
+    and the point in the middle of each run of equal labels counts.
+    """
+    name = branches.request.along.name
+    for other in cell:
+        if other != name:
+            raise RequestError(f"its branches lie along {name}, not {other}")
+    orbits: dict[Orbit, str] = {}
+    if cell:
+        for crossing in branches.orbits_at(cell[name]):
+            own = branches.request.own(along.name)
+            value = crossing.value if along.name == name else own
+            assert value is not None  # the system has what may vary
+            orbit = Orbit(tuple(crossing.state.tolist()), value, crossing.period)
+            orbits[orbit] = crossing.label
+        return branches.request.system.with_(**{name: cell[name]}), orbits
+    if along.name != name:
+        raise RequestError(
+            f"its branches lie along {name}: FILE.h5@{name}=VALUE says where those along "
+            f"{along.name} begin"
+        )
+    for branch in branches.branches:
+        inside = (along.low <= branch.parameter) & (branch.parameter <= along.high)
+        labels = np.where(inside, branch.labels.astype(str), "")
+        for first, behind in runs_of(labels):
+            middle = (first + behind) // 2
+            if labels[middle]:
+                value, state = float(branch.parameter[middle]), branch.states[middle]
+                orbit = Orbit(tuple(state.tolist()), value, branch.period)
+                orbits[orbit] = str(labels[middle])
+    return branches.request.system, orbits
 
 
 # ---- curves of special points in the plane of two parameters ----
@@ -208,7 +261,7 @@ def compute(
     """Follow all branches and curves of a continuation, saved by `piece`; return their tables."""
     along, section_map = request.along, map_of(request)
     bounds, limits = Bounds(along.low, along.high), (request.step, request.unstable)
-    explorer = Explorer(section_map, bounds, piece, request.doublings, *limits)
+    explorer = Explorer(section_map, bounds, piece, request.doublings, *limits, falls=along.falls)
     seeds = seeds_of(request, section_map, tell)
     section_map.compile(tell)
     tracks = explorer.run(seeds)

@@ -173,6 +173,7 @@ class Interval:
     low: float
     high: float
     stated: Interval | None = None  # that of a ratio from which this one follows, as f for omega
+    falls: bool = False  # whether the request states it from `high` to `low`
 
     def __post_init__(self) -> None:
         if self.name not in DESCRIBED or self.name in INITIAL:
@@ -188,11 +189,17 @@ class Interval:
 
     def heading(self) -> str:
         one = self.stated or self
-        return f"{one.name} from {ends_in_words(one.name, one.low, one.high)}"
+        return f"{one.name} from {ends_in_words(one.name, *one._ends)}"
 
     def entry(self) -> dict[str, dict[str, float]]:
         one = self.stated or self
-        return {one.name: {"start": one.low, "stop": one.high}}
+        start, stop = one._ends
+        return {one.name: {"start": start, "stop": stop}}
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """The ends in the order of the request."""
+        return (self.high, self.low) if self.falls else (self.low, self.high)
 
     def nearest(self, value: float) -> float:
         return min(max(value, self.low), self.high)

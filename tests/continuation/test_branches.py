@@ -221,7 +221,7 @@ def test_any_point_of_a_branch_is_a_start(set6):
     [
         (("ssul-set6", "omega", (5,)), "two numbers"),
         (("ssul-set6", "omega", ()), "two numbers"),
-        (("ssul-set6", "omega", np.array([9.0, 5.0])), "the first must be the lesser"),
+        (("ssul-set6", "omega", np.array([9.0, 9.0])), "the ends must differ"),
         (("ssul-set6", "omega", (7.38, 7.385)), "only a periodic orbit can be followed"),
         (("ssul-set6", "omega", (6.0, 7.0), "5T,5"), "no start at omega = 6.28 ends in 5T,5"),
     ],

@@ -65,7 +65,7 @@ class HostEngine:
     def start(self, start: Any) -> np.ndarray:
         HostOrbits(self.system).start(start)  # refuses what is inside a rigid wall
         if start is None:
-            return np.zeros(len(self.system.scene.components))
+            return np.array(self.system.state_at_rest)
         return checked_start(start, self.system.scene.components)
 
     def begin_in(
@@ -94,7 +94,11 @@ class HostEngine:
             in_cells = (HostOrbits(in_cell(self.system, cell)) for cell in cells)
             pairs = zip(in_cells, draws, strict=True)
             return np.array([orbits.random_state(draw) for orbits, draw in pairs])
-        states = np.tile(np.array(start.state or np.zeros(len(names))), (len(cells), 1))
+        if start.state or not any(damper.spring for damper in self.system.dampers):
+            states = np.tile(start.state or self.system.state_at_rest, (len(cells), 1))
+        else:  # wells depend on the cell
+            rests = [in_cell(self.system, cell).state_at_rest for cell in cells]
+            states = np.reshape(rests, (len(cells), len(names)))
         for name in initial.keys() - {PHASE}:
             states[:, names.index(name)] = initial[name]
         begun = initial.get(PHASE, np.full(len(cells), start.phase)) / TURN

@@ -274,14 +274,16 @@ class HostOrbits:
     def start(
         self, start: Sequence[float] | np.ndarray | None, is_put_on_walls: bool = False
     ) -> np.ndarray:
-        """Return the kernels' state of a start in components.
+        """Return the kernels' state of a start in components; None is the system's state at rest.
 
         A start inside a rigid wall is refused, unless kernels may put it on the wall.
         """
         n, size = len(self.modes), self.size
         state = np.zeros(2 * size)
         if start is None:
-            return state
+            start = self.system.state_at_rest
+            if not any(start):
+                return state
         values = checked_start(start, self.system.scene.components)
         for part in (0, 1):
             on_host = _times(values[None, part : 2 * n : 2], self.system.host.M)

@@ -77,6 +77,7 @@ from nlds_vines.model.ratios import (
     refuse_twice,
     still_set,
 )
+from nlds_vines.model.rests import Rest, rests_of, state_of_rest, usual_strokes
 from nlds_vines.model.scenes import BASES, HOST, SCENES, HostScene, Scene, Stroke, Values
 from nlds_vines.model.signals import (
     SIGNALS,
@@ -399,7 +400,26 @@ class System(Outlined):
 
     @property
     def state_at_rest(self) -> tuple[float, ...]:
-        """The values of the components of the state in which all springs rest."""
+        """The values of the components of the state in which all springs rest.
+
+        Of dampers with nonlinear springs it is a stable one of `rests`: r = 0 where that is stable,
+        otherwise the well that is nearest to it with r > 0.
+        """
+        raise NotImplementedError
+
+    @property
+    def rests(self) -> tuple[Rest, ...]:
+        """All states in which the system can rest, with their stability.
+
+        Each has `strokes`, the r [m] of each damper by name, `is_stable`, whether it is a well of
+        the potential energy, and its `state`.  Dampers without a nonlinear spring are at r = 0.
+        Raises `RequestError` if several springs between degrees of freedom are nonlinear.
+        """
+        raise NotImplementedError
+
+    @property
+    def rest_in_words(self) -> str:
+        """The start "rest" in words, "nes at r = 0.3162 m"; empty if all dampers are at r = 0."""
         raise NotImplementedError
 
     def shortest_natural_period(self, grid: Mapping[str, np.ndarray]) -> float:
@@ -965,6 +985,16 @@ class Preset(System):
         rest = self.rest or 0.0
         return tuple(rest if name == "x2" else 0.0 for name in self.scene.components)
 
+    @property
+    def rests(self) -> tuple[Rest, ...]:
+        """The one state in which the springs rest."""
+        strokes = dict.fromkeys(self.damper_names, 0.0)
+        return (Rest(strokes, True, self.state_at_rest),)
+
+    @property
+    def rest_in_words(self) -> str:
+        return ""
+
     def with_(self, /, **overrides: Any) -> Preset:
         law: Any = overrides.pop("law", self.law)
         law_2: Any = overrides.pop("law_2", self.law_2)
@@ -1189,6 +1219,8 @@ class General(System):
             yield damper.name, f"{mass}{of_joint}, on {place}"
         force = numbers(self.force) or f"{numbers(self.ground)} of the ground"
         yield "force", f"{force}; omega = {self.omega:.6g} rad/s"
+        if self.rest_in_words:
+            yield "rest", self.rest_in_words
 
     def parts_in_words(self) -> str:
         return self.heading()
@@ -1208,9 +1240,22 @@ class General(System):
     def stiffness(self) -> str:
         return f"{STRUCTURE_ITSELF}.K"
 
-    @property
+    @cached_property
     def state_at_rest(self) -> tuple[float, ...]:
-        return (0.0,) * len(self.scene.components)
+        return state_of_rest(self)
+
+    @property
+    def rests(self) -> tuple[Rest, ...]:
+        return rests_of(self)
+
+    @property
+    def rest_in_words(self) -> str:
+        try:
+            strokes = usual_strokes(self)
+        except RequestError:
+            return "not computed, of several coupled nonlinear springs"
+        named = zip(self.damper_names, strokes, strict=True)
+        return ", ".join(f"{name} at r = {r:.4g} m" for name, r in named if r != 0.0)
 
     @property
     def masses(self) -> tuple[Damper, ...]:
@@ -1574,12 +1619,16 @@ class General(System):
     def attributes(self, varied: Collection[str] = ()) -> dict[str, str | float]:
         gone = self.following(varied)
         values = {name: value for name, value in self.parameters.items() if name not in gone}
+        # wells move with all numbers but those of the drive
+        is_rest_common = gone <= self.drive.keys()
+        rest = self.rest_in_words if is_rest_common else ""
         return {
             "system": self.name,
             "kind": self.kind,
             "host": self.host.heading(),
             **values,
             **{f"{damper.name}.{PLACE}": " and ".join(damper.places) for damper in self.dampers},
+            **({"rest": rest} if rest else {}),
             **{
                 f"{damper.name}.law{wall.side}": wall.law
                 for damper in self.dampers

@@ -28,6 +28,7 @@ Read = TypeVar("Read")
 
 _COMPONENT = "component"  # the dimension whose values, x1, v1, x2, v2, become columns of a table
 OWNERS = ("displacement", "damper")  # those whose values own quantities: columns are roof.x_max
+_ENERGY_OF_HOST = "host.E_max"  # the paper calls it E1max
 
 
 def write(
@@ -163,13 +164,30 @@ class ArchiveView(Outlined):
         """Return a whole dataset or scale; strings as an array of `str` objects."""
         return self.take(name)
 
+    def _owned(self, name: str) -> tuple[str, dict[str, int]]:
+        """Return the dataset that a name means, and the place of its owner, if it names one."""
+        owner, dot, quantity = str(name).rpartition(".")  # what is no name is refused later
+        if not dot or name in self:
+            return name, {}
+        if name == _ENERGY_OF_HOST:
+            return "E1max", {}
+        dataset = "E2max" if quantity == "E_max" else quantity
+        dims = self.dims(dataset) if dataset in self else ()
+        for dim in {*OWNERS} & {*dims}:
+            owners = self[dim].tolist()
+            if owner not in owners:
+                raise unknown(f"{dim} of {name}:", owner, owners)
+            return dataset, {dim: owners.index(owner)}
+        return name, {}
+
     def take(self, name: str, **index: int | slice) -> np.ndarray:
         """Return part of a dataset.
 
         Parameters
         ----------
         name : str
-            A dataset or scale.
+            A dataset or scale.  `roof.x_max` is the part of x_max that the roof owns, and likewise
+            of dampers; `host.E_max` is E1max, and `cell.E_max` the cell's part of E2max.
         **index : int or slice
             An integer or a slice for each dimension to select from, by name; all of the others.
 
@@ -183,15 +201,17 @@ class ArchiveView(Outlined):
         RequestError
             For an unknown dataset or dimension, an integer out of range, or a damaged dataset.
         """
+        name, place = self._owned(name)
         entry, shape = self.describe(name), self.shape(name)
-        for dim, i in index.items():
+        where: dict[str, int | slice] = dict.fromkeys(entry.dims, slice(None))
+        for dim, i in {**index, **place}.items():
             if dim not in entry.dims:
                 raise unknown(f"dimension of {name}:", dim, entry.dims)
             if not isinstance(i, slice):
                 length = shape[entry.dims.index(dim)]
-                index[dim] = whole_number(f"{dim} of {name}", i, -length, length - 1)
-        where = tuple(index.get(dim, slice(None)) for dim in entry.dims)
-        return self._contents.values(name, where)
+                i = whole_number(f"{dim} of {name}", i, -length, length - 1)
+            where[dim] = i
+        return self._contents.values(name, tuple(where[dim] for dim in entry.dims))
 
     @cached_property
     def attrs(self) -> dict[str, Any]:
@@ -289,7 +309,7 @@ class ArchiveView(Outlined):
         frame = library("pandas").DataFrame(self._columns(names))
         units = {}
         for column in frame.columns:
-            dataset = column if column in self else column.rpartition(".")[2]
+            dataset, _ = self._owned(column)
             if dataset in self:
                 units[column] = self.units(dataset)
         frame.attrs = {"title": self.text("title"), "units": units}
@@ -327,12 +347,13 @@ class ArchiveView(Outlined):
             of_owners = [(*dims, owner) for owner in OWNERS]
             others = [name for name in self.names if self.dims(name) in (dims, *of_owners)]
             names = (*dict.fromkeys([*columns_of_sets, *others]),)
-        longest = max((self.dims(name) for name in names), key=len)
+        owned = {name: self._owned(name) for name in names}
+        longest = max((self.dims(dataset) for dataset, _ in owned.values()), key=len)
         of_columns = {_COMPONENT, *OWNERS}
         rows = tuple(dim for dim in longest if dim not in of_columns)
         grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")
         columns = {dim: values.ravel() for dim, values in zip(rows, grid, strict=True)}
-        for name in names:
+        for column, (name, place) in owned.items():
             dims, values, words = self.dims(name), self[name], self.flags(name)
             if not {*dims} <= {*rows, *of_columns}:
                 raise RequestError(
@@ -341,7 +362,7 @@ class ArchiveView(Outlined):
                 )
             if words:
                 values = _in_words(values, words)
-            parts = {name: values}
+            parts = {column: values}
             if _COMPONENT in dims:
                 last, prefix = np.moveaxis(values, dims.index(_COMPONENT), -1), f"{name}_"
                 parts = {
@@ -351,9 +372,11 @@ class ArchiveView(Outlined):
             for owner in {*OWNERS} & {*dims}:
                 last = np.moveaxis(values, dims.index(owner), -1)
                 parts = {f"{one}.{name}": last[..., i] for i, one in enumerate(self[owner])}
+                if place:
+                    parts = {column: last[..., place[owner]]}
             wide = tuple(slice(None) if dim in dims else np.newaxis for dim in rows)
-            for column, part in parts.items():
-                columns[column] = np.broadcast_to(part[wide], grid[0].shape).ravel()
+            for heading, part in parts.items():
+                columns[heading] = np.broadcast_to(part[wide], grid[0].shape).ravel()
         return columns
 
     def _dimension(self, word: str) -> str:

@@ -226,7 +226,7 @@ def test_a_map_goes_on_after_its_end_in_the_middle(tmp_path, monkeypatch):
             np.testing.assert_array_equal(one[name], other[name], name)
 
 
-def test_energies_and_responses_are_those_of_simulate(tmp_path):
+def test_energies_and_responses_are_those_of_simulate(tmp_path, error_of):
     want, of = ("impacts", "energy", "response"), ("roof", "roof-floor2", "a")
     scan = scan_of({"omega": [12.0, 12.6]}, want, of=of)
     arrays = computed(scan)
@@ -251,6 +251,14 @@ def test_energies_and_responses_are_those_of_simulate(tmp_path):
         assert drawn["b.E2max"].of(view)[1, 0] == orbit.E2max[1]
         assert drawn["roof.x_max"].label == "largest displacement, roof [m]"
         assert drawn["E1max"].label.startswith("energy of the host ")
+        np.testing.assert_array_equal(view["roof-floor2.x_max"], arrays["x_max"][..., 1])
+        np.testing.assert_array_equal(view["b.E_max"], arrays["E2max"][..., 1])
+        np.testing.assert_array_equal(view["host.E_max"], arrays["E1max"])
+        table = view.to_dataframe("a.a_max", "b.E2max")
+        assert table.columns.tolist() == ["omega", "start", "a.a_max", "b.E2max"]
+        assert table["a.a_max"].tolist() == arrays["a_max"][:, 0, 2].tolist()
+        assert table.attrs["units"]["a.a_max"] == "m/s^2"
+        assert "floor9" in error_of(view.take, "floor9.x_max")
     usual = scan_of({"omega": [12.0]}, ("response",))
     assert usual.of == ("roof",)
     assert usual.to_toml() == nv.load_scan(usual.document()).to_toml()

@@ -13,7 +13,7 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import add_run_options
 from nlds_vines.errors import RequestError, at, from_text, table, unknown
-from nlds_vines.loads.request import HistoryRequest, Source, load_response_history
+from nlds_vines.loads.request import HistoryRequest, Source, load_response_history, load_table
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -35,6 +35,9 @@ examples:
       the pulse of a blast; half_sine, triangular, rectangular, tone, sweep, noise likewise
   nlds-vines response-history --load quake.csv --duration 40 -o quake.h5
       a record: a table of times and values, PEER, COSMOS, SMC; or with what the file does not say
+  nlds-vines response-history --load a.AT2 --load b.AT2 --scale-to Sa=0.5g,T=0.8 \\
+                   --duration 40 -o suite.h5
+      a suite: each record by itself, scaled alike; medians and 84 % quantiles
   nlds-vines response-history --load record:file=./quake.txt,dt=0.01,unit=g --duration 40 -o q.h5
   nlds-vines response-history --system ssul-set6 --vary impulse=100:2000:60 --vary C=0:0.2:40 \\
                    --duration 20 -o blows.h5 --plot blows.png
@@ -73,16 +76,18 @@ def response_history(
     quiet : bool, optional
         Show no progress.
     **tables
-        Tables of a request file, which override the source: `load`, a table or the path of a
-        record; `set={"c1": 100.0}`; `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary`
-        makes a scan. For a host, `of` names the displacements to report, such as "roof", a damper's
-        mass "cell" or "roof-floor2". `samples` (arrays, a DataFrame or a CSV file, in each row one
-        set of parameters or numbers of the load) makes a scan over the dimension `sample`.
+        Tables of a request file, which override the source: `load`, a table, the path of a
+        record, or a suite, a list of paths or a folder; `set={"c1": 100.0}`;
+        `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary` makes a scan. For a host, `of`
+        names the displacements to report, such as "roof", a damper's mass "cell" or "roof-floor2".
+        `samples` (arrays, a DataFrame or a CSV file, in each row one set of parameters or numbers
+        of the load) makes a scan over the dimension `sample`.
 
     Returns
     -------
     ResponseHistories or LoadScan
-        Histories and quantities of each system; with `vary` the quantities over its axes.
+        Histories and quantities of each system; with `vary` or a suite the quantities over its
+        axes and records.
 
     Raises
     ------
@@ -101,8 +106,8 @@ def response_history(
     >>> [round(time, 2) for time in histories.times.values()]
     [6.55, 3.37, 1.0]
     """
-    if isinstance(tables.get("load"), str | os.PathLike):
-        tables["load"] = {"record": os.fspath(tables["load"])}
+    if tables.get("load") is not None:
+        tables["load"] = load_table(tables["load"])
     if tables.get("samples") is not None:
         tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
@@ -146,14 +151,18 @@ class Job(commands.Job):
 
 
 def _loads(texts: Sequence[str]) -> dict[str, Any]:
-    """Return the table of loads, each KIND:KEY=VALUE,... or the path of a record."""
+    """Return the table of loads, each KIND:KEY=VALUE,... or the path of a record.
+
+    Several paths, and a folder, are a suite.
+    """
     load: dict[str, list[dict[str, Any]]] = {}
+    paths: list[str] = []
     for text in texts:
         kind, colon, rest = text.partition(":")
         if not colon or kind not in ALL:
             if colon and kind.isidentifier() and not os.path.exists(text):
                 raise unknown("load", kind, ALL)
-            load.setdefault("record", []).append({"file": text})
+            paths.append(text)
             continue
         entry: dict[str, Any] = {}
         pairs = re.split(r",(?=\w+=)", rest)  # a path may contain commas
@@ -164,12 +173,18 @@ def _loads(texts: Sequence[str]) -> dict[str, Any]:
                 with suppress(RequestError):  # the key's check refuses other texts
                     entry[key] = from_text(int if is_whole else float, "", value)
         load.setdefault(kind, []).append(entry)
+    files = [{"file": path} for path in paths]
+    if len(paths) > 1 or any(map(os.path.isdir, paths)):
+        load["suite"] = files
+    elif files:
+        load["record"] = [*files, *load.get("record", [])]
     return {"load": load}
 
 
 LOAD = Option(
     "--load", "LOAD",
-    "a record (CSV, AT2 ..., HDF5), or KIND:KEY=VALUE,...; once for each of a sum", _loads, True,
+    "a record (CSV, AT2 ..., HDF5), or several or a folder of them: a suite; or "
+    "KIND:KEY=VALUE,..., once for each of a sum", _loads, True,
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.engine.records import STATUS_FLAGS
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import NOT_COMPUTED
-from nlds_vines.loads.request import HistoryRequest, axis_words
+from nlds_vines.loads.request import LOAD, HistoryRequest, axis_words
 from nlds_vines.model.axis import SAMPLE, sample_scale
 from nlds_vines.model.quantities import HISTORIES, OF_LOADS, TOUCH_COLUMNS, Quantity
 from nlds_vines.model.system import System
@@ -115,6 +115,9 @@ def contents(
     """
     names = np.array([system.name for system in request.systems], dtype=object)
     scales = [Scale("system", names, "1", "system"), Scale("time", request.times, "s", "time")]
+    if request.load.suite:
+        records = np.array(request.load.names, dtype=object)
+        scales.append(Scale(LOAD, records, "1", "record of the suite"))
     if request.sampled is None:
         scales += [
             Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
@@ -124,7 +127,7 @@ def contents(
     owners = {dim: names for dim, names in owners_of(request).items() if names}
     for dim, each in owners.items():
         scales.append(Scale(dim, np.array(each, dtype=object), "1", dim))
-    dims = ("system", *(axis.name for axis in request.vary))
+    dims = ("system", *request.dims)
     shape = (len(request.systems), *request.shape)
     datasets = []
 

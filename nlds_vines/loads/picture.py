@@ -31,6 +31,8 @@ from nlds_vines.loads.request import (
 )
 from nlds_vines.loads.response_spectrum import ResponseSpectrum
 from nlds_vines.loads.result import (
+    PEAKS,
+    QUANTILE,
     LoadScan,
     Peak,
     ResponseHistories,
@@ -74,6 +76,7 @@ _MAP = 5.0 * CM  # inches
 _GROUP = 0.8  # share of bars in the length of a group of them and the gap behind it
 _NAME = 18  # characters of a line of a name beside a bar
 _MOST_BINS = 60
+_MOST_NAMES = 12  # records of a suite whose names stand along an axis
 _LINES = ("solid", "dashed", "dashdot", "dotted")
 _EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # closed forms
 _SINKS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
@@ -87,7 +90,7 @@ EXCEEDANCE = "exceedance"  # in the names of panels of samples: `x1_max:exceedan
 def panels(view: ArchiveView) -> Mapping[str, str]:
     """Return the panels of an archive with their meanings; those of a scan are its quantities."""
     request = view.request(RESPONSE_HISTORY, load_response_history)
-    if request.vary:
+    if request.is_scan:
         places = names_of_numbers(request).items()
         meanings = {k: of_load(k).words for k, (name, _) in places if name in view}
         if request.sampled is not None:
@@ -121,8 +124,12 @@ def usual(view: ArchiveView) -> list[str]:
     if isinstance(results, LoadScan):
         finite = {name: _present(results, name) for name in results.numbers}
         quantities = [name for name in names if ":" not in name]
-        changing = (n for n in quantities if finite[n].size and np.ptp(finite[n]) > 0.0)
-        name = next(changing, names[0])
+        changing = [n for n in quantities if finite[n].size and np.ptp(finite[n]) > 0.0]
+        if results.loads:
+            compared = [n for n in changing if n.rpartition(".")[2] in PEAKS]
+            by_peak = sorted(compared, key=lambda n: PEAKS.index(n.rpartition(".")[2]))
+            changing = by_peak[:1] + changing
+        name = next(iter(changing), names[0])
         return [name] if request.sampled is None else [f"{name}:{EXCEEDANCE}", name]
     if "sweep" in names:
         return ["sweep"]
@@ -198,6 +205,8 @@ def _add_legend(axes: Axes, name: str, offset: float = 0.0, others: Sequence[Axe
 def _draw_panel(axes: Axes, results: ResponseHistories | LoadScan, name: str) -> None:
     if isinstance(results, LoadScan) and results.request.sampled is not None:
         _samples(axes, results, name)
+    elif isinstance(results, LoadScan) and not results.request.vary:
+        _records(axes, results, name)
     elif isinstance(results, LoadScan):
         _curves(axes, results, name)
     else:
@@ -412,6 +421,44 @@ def _present(scan: LoadScan, name: str) -> np.ndarray:
     return present
 
 
+def _medians(scan: LoadScan, name: str) -> np.ndarray:
+    """Return a quantity over systems and axes: of a suite the median over its records."""
+    if not scan.loads:
+        return _values(scan, name)
+    medians = scan.over_records(name)
+    return np.where(np.isfinite(medians), medians, np.nan)
+
+
+def _records(axes: Axes, scan: LoadScan, name: str) -> None:
+    """Draw a quantity under each record of a suite as dots, with median and 84 % quantile."""
+    values = _values(scan, name)
+    medians = scan.over_records(name)
+    quantiles = scan.over_records(name, QUANTILE)
+    count = len(scan.loads)
+    looks = [look for _, look in _looks(scan.request)]
+    step = 0.5 / len(looks)
+    for place, look in enumerate(looks):
+        if not np.isfinite(values[place]).any():
+            continue
+        offset = step * (place - 0.5 * (len(looks) - 1))
+        dots = {**look, **_DOTS, "mfc": look["color"], "label": None}
+        axes.plot(np.arange(count) + offset, values[place], **dots)
+        line = {**look, "linestyle": "solid"}
+        axes.plot([-0.5, count - 0.5], [medians[place]] * 2, **line)
+        line |= {"linestyle": "dotted", "label": None}
+        axes.plot([-0.5, count - 0.5], [quantiles[place]] * 2, **line)
+    axes.plot([], [], color=GRAY, linewidth=1.0, label="median")
+    axes.plot([], [], color=GRAY, linewidth=1.0, linestyle="dotted", label="84 % quantile")
+    axes.set_xlim(-0.5, count - 0.5)
+    if count <= _MOST_NAMES:
+        names = [typeset(textwrap.shorten(one, _NAME, placeholder="...")) for one in scan.loads]
+        axes.set_xticks(range(count), names, rotation=30.0, ha="right", fontsize=8)
+    else:
+        axes.set_xlabel("record")
+    axes.set_ylabel(_label(name))
+    axes.set_ylim(0.0 if np.nanmin(values) >= 0.0 else None, None)
+
+
 def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
     """Draw a map of each shown quantity for each system that has one of them."""
     drawn = [
@@ -450,6 +497,9 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     words: str | None = "in closed form"
     pairs = zip(_looks(request), _values(scan, name), strict=True)
     for i, ((_, look), values) in enumerate(pairs):
+        if scan.loads:
+            _quantiles(axes, scan, name, i, look)
+            continue
         if np.isfinite(values).any():
             axes.plot(axis.values, values, **look)
         exact = []
@@ -459,11 +509,26 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
+    if scan.loads:
+        axes.plot([], [], color=GRAY, linewidth=1.0, label="median")
+        axes.plot([], [], color=GRAY, linewidth=1.0, linestyle="dotted", label="84 % quantile")
     axes.set(xlabel=_axis(request, axis.name), ylabel=_label(name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
     if of_load(name).scale == ERROR:
         axes.set_yscale("log")
+
+
+def _quantiles(axes: Axes, scan: LoadScan, name: str, number: int, look: Mapping[str, Any]) -> None:
+    """Draw a quantity of a system over an axis: each record pale, median and 84 % quantile."""
+    (axis,) = scan.request.vary
+    for row in _values(scan, name)[number]:
+        axes.plot(axis.values, row, color=look["color"], linewidth=0.5, alpha=0.3)
+    median = scan.over_records(name)[number]
+    if np.isfinite(median).any():
+        axes.plot(axis.values, median, **{**look, "linestyle": "solid"})
+        above = scan.over_records(name, QUANTILE)[number]
+        axes.plot(axis.values, above, **{**look, "linestyle": "dotted", "label": None})
 
 
 def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
@@ -474,6 +539,7 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
     bins = np.histogram_bin_edges(numbers[np.isfinite(numbers)], "auto")
     if bins.size > _MOST_BINS:
         bins = np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
+    sources = {name: np.broadcast_to(column, numbers.shape[1:]) for name, column in columns.items()}
     for (_, look), values in zip(_looks(scan.request), numbers, strict=True):
         ascending = np.sort(values[np.isfinite(values)])
         size = ascending.size
@@ -483,7 +549,7 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
             axes.step(ascending, 1.0 - np.arange(ascending.size) / size, where="post", **look)
         elif other:
             dots = {**look, **_DOTS, "mfc": look["color"], "markersize": 1.6, "rasterized": True}
-            axes.plot(columns[other], values, **dots)
+            axes.plot(sources[other].ravel(), values.ravel(), **dots)
         else:
             axes.stairs(np.histogram(ascending, bins)[0] / size, bins, **look)
     if other in columns:
@@ -499,8 +565,9 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
 def _map(axes: Axes, scan: LoadScan, name: str, number: int) -> QuadMesh:
     """Fill the map of a system by its number; all maps of a quantity have the same color scale."""
     x, y = scan.request.vary
-    values = _values(scan, name)[number]
-    finite = _present(scan, name)
+    medians = _medians(scan, name)
+    values = medians[number]
+    finite = medians[np.isfinite(medians)]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
     norm: dict[str, Any] = {"vmin": low, "vmax": high}
     if of_load(name).scale == ERROR and low > 0.0:

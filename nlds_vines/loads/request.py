@@ -25,6 +25,7 @@ from nlds_vines.errors import (
     shown,
     string,
 )
+from nlds_vines.loads.scaling import scaled
 from nlds_vines.model.axis import SAMPLE, Axis, Samples
 from nlds_vines.model.catalog import any_system, any_system_from, told_apart
 from nlds_vines.model.loads.loading import ALL, NUMBERS, OPTIONS, Loading, of_load
@@ -47,6 +48,7 @@ from nlds_vines.model.system import System
 TOLERANCE = 1e-10  # of contacts by default: finer than in scans, as the energy balance sees each
 MOST_STATES = 10**7
 MOST_CASES = 10**7
+LOAD = "load"  # the dimension of the records of a suite
 _LAWS = ("law", "law_2")  # keys of [set] that are no parameters
 
 
@@ -68,7 +70,8 @@ class HistoryRequest(Request):
     systems : tuple of System
         Structures with their dampers, of the paper's kinds and general ones.
     load : Loading
-        The loads; the harmonic force acts only if `load.harmonic`.
+        The loads; the harmonic force acts only if `load.harmonic`.  With `load.suite` there are
+        orbits under each of its records.
     vary : tuple of Axis, optional
         Up to two parameters, or numbers of the load (`impulse`, `scale`, `friedlander.peak`), with
         their values: a scan, which has no histories; with `sampled` the numbers of samples.
@@ -135,6 +138,7 @@ class HistoryRequest(Request):
             rows = np.arange(1.0, self.sampled.count + 1.0)
             object.__setattr__(self, "vary", (Axis(SAMPLE, rows),))
         check_settings(self)
+        object.__setattr__(self, "load", scaled(self.load))
         if not self.systems:
             raise RequestError("no system is named; allowed: one or more systems")
         names = [system.name for system in self.systems]
@@ -170,7 +174,9 @@ class HistoryRequest(Request):
                 self.load.check_values(name, values)
         # what acts at the corners of the grid acts inside
         shape = (len(self.systems), *self.shape)
-        ends = product(range(len(self.systems)), *((0, size - 1) for size in self.shape))
+        records = [range(len(self.load.suite))] if self.load.suite else []
+        ends_of_axes = ((0, axis.values.size - 1) for axis in self.vary)
+        ends = product(range(len(self.systems)), *records, *ends_of_axes)
         corners = [self.case(int(np.ravel_multi_index(place, shape))) for place in ends]
         if not all(load.acts for _, load in corners) and not self.state:
             kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
@@ -219,11 +225,28 @@ class HistoryRequest(Request):
         return {axis.name: axis.values for axis in self.vary}
 
     def values_at(self, places: Sequence[Any]) -> dict[str, Any]:
-        """Return the values of varied parameters, by name, at a place on each axis or a sample."""
+        """Return the values of varied parameters, by name, at a place on each dimension.
+
+        The dimensions are those of `shape`; of a suite there is the number of the record, `load`.
+        """
+        found: dict[str, Any] = {}
+        if self.load.suite:
+            found[LOAD] = places[0]
+            places = places[1:]
         if self.sampled is not None:
             places = [places[0]] * len(self.columns)
-        pairs = zip(self.columns.items(), places, strict=True)
-        return {name: values[place] for (name, values), place in pairs}
+        for (name, values), place in zip(self.columns.items(), places, strict=True):
+            found[name] = values[place]
+        return found
+
+    @property
+    def is_scan(self) -> bool:
+        """Whether there are several orbits of each system, and so no histories."""
+        return bool(self.vary or self.load.suite)
+
+    def with_record(self, place: int) -> HistoryRequest:
+        """Return the request of one record of the suite alone, by its place."""
+        return replace(self, load=self.load.member(place))
 
     def starts_inside(self) -> list[str]:
         """Return a line for each system that starts inside a wall."""
@@ -243,15 +266,24 @@ class HistoryRequest(Request):
         """Return the system and the load of an orbit, by its number: systems, then axes."""
         which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
         values = {k: float(v) for k, v in self.values_at(places).items()}
-        system = self.systems[which]
+        system, load = self.systems[which], self.load
+        if self.load.suite:
+            load = load.member(int(values.pop(LOAD)))
         of_system = {name: value for name, value in values.items() if system.takes(name)}
         of_load = {name: value for name, value in values.items() if is_of_load(name)}
-        return system.with_(**of_system) if of_system else system, self.load.with_(of_load)
+        return system.with_(**of_system) if of_system else system, load.with_(of_load)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The dimensions of results after `system`: `load` of a suite, then the axes."""
+        axes = tuple(axis.name for axis in self.vary)
+        return (LOAD, *axes) if self.load.suite else axes
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The number of values of each axis."""
-        return tuple(axis.values.size for axis in self.vary)
+        """The size of each dimension after `system`."""
+        sizes = tuple(axis.values.size for axis in self.vary)
+        return (len(self.load.suite), *sizes) if self.load.suite else sizes
 
     @property
     def cases(self) -> int:
@@ -306,6 +338,19 @@ def refuse_load_in_set(request: Merged) -> None:
             if name in OPTIONS or name.partition(".")[0] in ALL:
                 with at(f"{place}: [set]"):
                     raise of_load(name)
+
+
+def load_table(load: Any) -> Any:
+    """Return the table of a load that is given as a path, a folder, or a list of these.
+
+    Several records, and those of a folder, are a suite; a table is returned as it is.
+    """
+    if isinstance(load, str | os.PathLike):
+        path = os.fspath(load)
+        return {"suite": [path]} if os.path.isdir(path) else {"record": path}
+    if isinstance(load, list | tuple):
+        return {"suite": [os.fspath(one) if isinstance(one, os.PathLike) else one for one in load]}
+    return load
 
 
 def is_of_load(name: str) -> bool:
@@ -379,7 +424,7 @@ def load_response_history(
         structure: Any = one.alone()
         systems = (replace(structure, name="none"), one)
     with at(request.place("load")):
-        load = Loading(**request.of(Loading))
+        load = scaled(Loading(**request.of(Loading)))
     title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
     if not title:
         names = [axis.name for axis in axes] if sampled is None else [*sampled.names]

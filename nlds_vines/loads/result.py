@@ -15,7 +15,7 @@ from nlds_vines.archives.files import Csv
 from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.engine.records import OK, STATUS
-from nlds_vines.errors import RequestError, choice
+from nlds_vines.errors import RequestError, choice, library
 from nlds_vines.loads.datasets import names_of_numbers, owners_of
 from nlds_vines.loads.request import HistoryRequest, load_response_history
 from nlds_vines.model.linear_response import energy_after_blow
@@ -280,9 +280,40 @@ class ResponseHistories(Csv, Drawable):
             yield f"impacts: {', '.join(struck)}"
 
 
+QUANTILE = 0.84  # of a suite, beside the median: one standard deviation above, if it is normal
+STATISTICS = "statistics"  # names the table of them for `to_dataframe`
+
+
+class Statistic(NamedTuple):
+    """A quantity of a system over the records of a suite: median, 84 % quantile, extremes."""
+
+    system: str
+    quantity: str
+    unit: str
+    median: float
+    quantile_84: float
+    smallest: float
+    largest: float
+    records: int
+
+
+def quantile_of(values: np.ndarray, share: float) -> float:
+    """Return a quantile of values, interpolated linearly, as `numpy.quantile` has it.
+
+    Infinite values are the largest ones.
+    """
+    ascending = np.sort(values)
+    place = share * (len(ascending) - 1)
+    below = ascending[math.floor(place)]
+    above = ascending[math.ceil(place)]
+    if below == above:
+        return float(below)
+    return float(below + (place - math.floor(place)) * (above - below))
+
+
 @dataclass(frozen=True, repr=False)
-class LoadScan(Drawable):
-    """Quantities of the responses of systems over parameters and numbers of the load.
+class LoadScan(Csv, Drawable):
+    """Quantities of the responses of systems over records, parameters and numbers of the load.
 
     Attributes
     ----------
@@ -291,8 +322,9 @@ class LoadScan(Drawable):
     request : HistoryRequest
         Request that computes them again; its `vary` has the axes.
     numbers : mapping of str to ndarray
-        Quantities by name, each with a dimension for the systems and one for each axis;
-        `scan["x1_max"]` is one of them.  NaN, of numbers of impacts -1, where a system has none.
+        Quantities by name, each with a dimension for the systems, one for the records of a suite
+        and one for each axis; `scan["x1_max"]` is one of them.  NaN, of numbers of impacts -1,
+        where a system has none.
     status : ndarray of int
         Of the same shape; 0 unless the orbit failed.
 
@@ -321,11 +353,134 @@ class LoadScan(Drawable):
         """The number of orbits that failed."""
         return int(np.count_nonzero(self.status != OK))
 
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """The names of the records of a suite, in the order of their dimension."""
+        return self.request.load.names
+
+    def over_records(self, name: str, share: float = 0.5) -> np.ndarray:
+        """Return a quantile over the records of a suite of a quantity, by default the median.
+
+        Parameters
+        ----------
+        name : str
+            The quantity.
+        share : float, optional
+            The share of records that do not exceed the quantile, 0 to 1.
+
+        Returns
+        -------
+        ndarray
+            With a dimension for the systems and one for each axis; orbits that failed are left out,
+            and NaN stands where none is left.
+
+        Raises
+        ------
+        RequestError
+            If there is no suite, or no such quantity.
+        """
+        if not self.loads:
+            raise RequestError("there is no suite; load=[...] of several records is one")
+        if not 0.0 <= share <= 1.0:
+            raise RequestError(f"share = {share:g}; allowed: 0 to 1")
+        values = self._present(name)
+        rows = np.moveaxis(values, 1, -1).reshape(-1, len(self.loads))
+        quantiles = np.full(len(rows), np.nan)
+        for place, row in enumerate(rows):
+            present = row[~np.isnan(row)]
+            if present.size:
+                quantiles[place] = quantile_of(present, share)
+        return quantiles.reshape(values.shape[0], *values.shape[2:])
+
+    def _present(self, name: str) -> np.ndarray:
+        """Return a quantity as floats: NaN where it is missing, inf for a last time yet to come."""
+        values = self[name]
+        present = np.where(values == of_load(name).fill, np.nan, values)
+        if name.startswith("last_"):
+            present = np.where(np.isnan(present) & (self.status == OK), np.inf, present)
+        return present
+
+    def statistics(self) -> list[Statistic]:
+        """Return median, 84 % quantile and extremes over the records of a suite.
+
+        Returns
+        -------
+        list of Statistic
+            For each quantity and each system that has it, over all records whose orbits did not
+            fail.  A last time that has not come is infinite.
+
+        Raises
+        ------
+        RequestError
+            If there is no suite, or if parameters vary: `over_records` has quantiles along axes.
+        """
+        if self.request.vary:
+            names = " and ".join(self.request.dims[1:])
+            raise RequestError(f"statistics along {names}: over_records(name, share) has them")
+        medians = {name: self.over_records(name) for name in self.numbers}
+        quantiles = {name: self.over_records(name, QUANTILE) for name in self.numbers}
+        rows = []
+        for name in self.numbers:
+            present = self._present(name)
+            for place, system in enumerate(self.request.systems):
+                values = present[place][~np.isnan(present[place])]
+                if not values.size:
+                    continue
+                row = Statistic(
+                    system=system.name,
+                    quantity=name,
+                    unit=of_load(name).unit,
+                    median=float(medians[name][place]),
+                    quantile_84=float(quantiles[name][place]),
+                    smallest=float(values.min()),
+                    largest=float(values.max()),
+                    records=int(values.size),
+                )
+                rows.append(row)
+        return rows
+
+    def csv_rows(self) -> list[Any]:
+        """Return the `statistics` of a suite under the names of their columns."""
+        return [Statistic._fields, *self.statistics()]
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Return a `pandas.DataFrame`, by default of all datasets with one value for each orbit.
+
+        `to_dataframe("statistics")` has the rows of `statistics`.
+        """
+        if names == (STATISTICS,):
+            return library("pandas").DataFrame(self.statistics(), columns=Statistic._fields)
+        return super().to_dataframe(*names)
+
+    def _table(self) -> Iterator[str]:
+        """Yield median, 84 % quantile and extreme of the largest responses of each system."""
+        statistics = self.statistics()
+        compared = [one for one in statistics if _quantity(one.quantity) in PEAKS]
+        names = list(dict.fromkeys(one.quantity for one in compared))
+        alone = {system.name for system in self.request.systems if not system.damper_names}
+        for name in names:
+            rows = [one for one in compared if one.quantity == name]
+            bases = [one.median for one in rows if one.system in alone]
+            base = bases[0] if bases else math.nan
+            unit = of_load(name).unit
+            for one in rows:
+                change = ""
+                if one.system not in alone and 0.0 < base < math.inf and one.median < math.inf:
+                    change = f" ({one.median / base - 1.0:+.1%} of the median alone)"
+                yield (
+                    f"{name} of {one.system}: median {one.median:.4g}, 84 % quantile "
+                    f"{one.quantile_84:.4g}, up to {one.largest:.4g} {unit}{change}"
+                )
+
     def lines(self) -> Iterator[str]:
-        """Yield the title, records, axes, the range of the first finite number, and failures."""
+        """Yield the title, records, axes, statistics or the range of a number, and failures."""
         yield self.request.title
         yield from self.request.load.records_in_words(self.request.duration)
         yield from (axis.heading() for axis in self.request.vary)
+        if self.loads and not self.request.vary:
+            yield from self._table()
+            yield from self._failures()
+            return
         finite = [name for name, values in self.numbers.items() if np.isfinite(values).any()]
         for name in finite[:1]:
             values = self.numbers[name]
@@ -334,6 +489,9 @@ class LoadScan(Drawable):
                 span = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "none"
                 orbits = f"{finite.size} of {row.size} orbits"
                 yield f"{words}: {name} from {span} in {orbits}"
+        yield from self._failures()
+
+    def _failures(self) -> Iterator[str]:
         codes, counts = np.unique(self.status[self.status != OK], return_counts=True)
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
             status = STATUS[code]
@@ -355,7 +513,7 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
             for name, (dataset, column) in names.items()
             if dataset in view
         }
-        if request.vary:
+        if request.is_scan:
             return LoadScan(place, request, values, codes)
         results: dict[str, ResponseHistory] = {}
         for i, system in enumerate(request.systems):

@@ -1,6 +1,7 @@
 """Response histories from request to archive: orbits of systems under loads in cells.
 
-Without axes each damper is a block, with histories; a scan has blocks of `BLOCK` orbits.
+Without axes each damper is a block, with histories; a scan has blocks of `BLOCK` orbits.  The
+orbits of a suite without axes are those of its records alone, to the bit.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import numpy as np
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.load_task import LoadOfOrbit, LoadTask
 from nlds_vines.loads.datasets import contents, in_columns, owners_in
-from nlds_vines.loads.request import HistoryRequest, is_of_load
+from nlds_vines.loads.request import LOAD, HistoryRequest, is_of_load
 from nlds_vines.model.loads.loading import Loading
-from nlds_vines.model.quantities import OF_LOADS_BY_NAME
+from nlds_vines.model.quantities import HISTORIES, OF_LOADS_BY_NAME
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
@@ -35,7 +36,7 @@ def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) ->
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
-    size = BLOCK if request.vary else 1
+    size = BLOCK if request.is_scan else 1
     blocks = [range(i, min(i + size, request.cases)) for i in range(0, request.cases, size)]
 
     store = Blocks(output, request)
@@ -64,12 +65,28 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
     pieces = []
     for which, numbers in groupby(cases, lambda case: case // count):
         places = [number % count for number in numbers]
+        system = request.systems[which]
+        if request.load.suite and not request.vary:
+            pieces += [_numbers_under(request, system, place, tell) for place in places]
+            continue
         values = request.values_at(np.unravel_index(places, request.shape)) if request.vary else {}
-        arrays = numbers_of(request, request.systems[which], values, tell)
+        arrays = numbers_of(request, system, values, tell)
         if "touches" in arrays:
             arrays["touches"] = np.insert(arrays["touches"], 0, which, axis=1)
         pieces.append(arrays)
     return _joined(pieces)
+
+
+def _numbers_under(
+    request: HistoryRequest, system: System, place: int, tell: Tell | None
+) -> dict[str, np.ndarray]:
+    """Return the quantities (1, ...) under one record of a suite, as its own history has them.
+
+    The cells of a history end at its times, so that the bits of a host's numbers depend on them.
+    """
+    alone = request.with_record(place)
+    arrays = numbers_of(alone, system, {}, tell)
+    return {name: arrays[name] for name in arrays if name not in ("touches", *HISTORIES)}
 
 
 def numbers_of(
@@ -77,11 +94,13 @@ def numbers_of(
 ) -> dict[str, np.ndarray]:
     """Return the quantities (n, ...) that a system has under the load by name.
 
-    The `values` (n,) are parameters, those that the system lacks left out; numbers of the load; and
-    `draw`, by which the seeds of its noise advance.  Without values there are histories, too.
+    The `values` (n,) are parameters, those that the system lacks left out; numbers of the load;
+    `load`, the number of a record of the suite; and `draw`, by which the seeds of noise advance.
+    Without values there are histories, too.
     Beside the quantities there are `status` and the `violations` of the scene's limit.
     """
-    of_load = {name: v.tolist() for name, v in values.items() if is_of_load(name) or name == "draw"}
+    others = (LOAD, "draw")
+    of_load = {name: v.tolist() for name, v in values.items() if is_of_load(name) or name in others}
     each: list[LoadOfOrbit] = []
     loads = dict[tuple[float, ...], Loading]()
     for lane in range(max((len(column) for column in values.values()), default=1)):
@@ -89,8 +108,11 @@ def numbers_of(
         impulse = changes.pop("impulse", request.load.impulse)
         key = tuple(changes.values())
         if key not in loads:
+            load = request.load
+            if load.suite:
+                load = load.member(int(changes.pop(LOAD)))
             draw = changes.pop("draw", 0)
-            load = request.load.redrawn(draw) if draw else request.load
+            load = load.redrawn(draw) if draw else load
             loads[key] = load.with_({"impulse": 0.0, **changes})
         each.append((loads[key], impulse * loads[key].scale))
     grid = {name: v for name, v in values.items() if system.takes(name)}

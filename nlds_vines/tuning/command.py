@@ -25,7 +25,7 @@ from nlds_vines.cli.options import (
 from nlds_vines.cli.running import optional_path
 from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
-from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.request import HistoryRequest, load_table
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.system import System
@@ -127,8 +127,8 @@ def tune(
     >>> sorted(tuned.parameters), tuned.objective < 10.0
     (['c2', 'k2'], True)
     """
-    if isinstance(tables.get("load"), str | os.PathLike):
-        tables["load"] = {"record": os.fspath(tables["load"])}
+    if tables.get("load") is not None:
+        tables["load"] = load_table(tables["load"])
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
     request = load_tuning(source, tables, "tune")
     result: Tuned = Job.compute(request, source, to, how, plot=optional_path(plot, "plot"))
@@ -172,6 +172,8 @@ class Job(commands.Job):
         tuning = self.request
         search, each, history = tuning.search, tuning.transient + tuning.periods, tuning.history
         cases = [f"{axis.values.size} values of {axis.as_stated.name}" for axis in tuning.over]
+        if history is not None and history.load.suite:
+            cases.append(f"{tuning.record_count} records")
         cases_in_words = " x ".join(cases) or "one orbit"
         from_rest = "" if history is not None and history.state else ", from rest"
         orbits = tuning.case_count * (tuning.draws + 1)

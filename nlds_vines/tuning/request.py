@@ -19,6 +19,7 @@ from nlds_vines.engine.solver_settings import TOLERANCE, tolerance_setting
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, choice, shown, string
 from nlds_vines.loads.datasets import names_of_numbers
 from nlds_vines.loads.request import (
+    LOAD,
     HistoryRequest,
     is_of_load,
     refuse_load_in_set,
@@ -460,9 +461,15 @@ class Tuning(Request):
         return {**self.system.attributes(self.names), "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
-        """Return the values (cases,) of `over` in every combination; without a load, omega too."""
-        grids = np.meshgrid(*(axis.values for axis in self.over), indexing="ij")
-        cases = {axis.name: grid.ravel() for axis, grid in zip(self.over, grids, strict=True)}
+        """Return the values (cases,) of `over` in every combination; without a load, omega too.
+
+        Under a suite each record is a case, and `load` is its number.
+        """
+        axes = {axis.name: axis.values for axis in self.over}
+        if self.history is not None and self.history.load.suite:
+            axes[LOAD] = np.arange(float(self.record_count))
+        grids = np.meshgrid(*axes.values(), indexing="ij")
+        cases = {name: grid.ravel() for name, grid in zip(axes, grids, strict=True)}
         if self.history is not None:
             return MappingProxyType(cases)
         value = np.array([self.value(self.frequency)])
@@ -486,7 +493,12 @@ class Tuning(Request):
     @property
     def case_count(self) -> int:
         """Number of cases under which one design is judged."""
-        return prod(axis.values.size for axis in self.over)
+        return self.record_count * prod(axis.values.size for axis in self.over)
+
+    @property
+    def record_count(self) -> int:
+        """Number of records of the suite; 1 without one."""
+        return max(1, len(self.history.load.suite)) if self.history is not None else 1
 
     @property
     def most_evaluations(self) -> int:

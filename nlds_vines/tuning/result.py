@@ -17,6 +17,7 @@ from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.engine.records import OK, STATUS_FLAGS
 from nlds_vines.engine.responses import INFINITE, impulses_of
 from nlds_vines.errors import RequestError
+from nlds_vines.loads.request import LOAD
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.plotting.drawable import Drawable
@@ -155,6 +156,8 @@ def contents(
     for name, values in tuning.cases().items():
         if name in DESCRIBED:
             entry = DESCRIBED[name].dataset(("case",), "case_")
+        elif name == LOAD:
+            entry = Dataset.whole(f"case_{name}", ("case",), "number of the record, from 0")
         else:
             assert tuning.history is not None
             of_load = tuning.history.load.words_of_number(name)

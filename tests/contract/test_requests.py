@@ -110,6 +110,15 @@ CHECKED = {
         (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
         (["E1max", "E1max"], "names something twice"),
     ],
+    "suite": [
+        (3, "suite = 3 must be paths or tables of records"),
+        ([], "suite = [] must be one or more records"),
+        ({"file": [3]}, "file = 3 must be the path of a record"),
+    ],
+    "scale_to": [
+        ("height=1", "unknown key 'height'"), (3, "scale_to = 3 must be a table"),
+        ("peak=much", "peak = 'much' must be a number with a unit"), ({"Sa": 1.0}, "Sa needs T"),
+    ],
     "parameters": [("k2", "must be two names"), (["k2"], "must be two names")],
     "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
     "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],

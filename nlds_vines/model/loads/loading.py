@@ -28,6 +28,7 @@ from nlds_vines.model.loads.courses import (
     nonzero,
 )
 from nlds_vines.model.loads.record import Record
+from nlds_vines.model.loads.suite import Size, size_of, suite_of
 from nlds_vines.model.setting import (
     Checked,
     Real,
@@ -152,9 +153,25 @@ class Loading:
     tone: tuple[Course, ...] = _loads("tone", "a harmonic A cos(omega t + phase)")
     sweep: tuple[Sweep, ...] = _loads("sweep", "a sine whose frequency changes")
     noise: tuple[Noise, ...] = _loads("noise", "band-limited noise")
+    suite: tuple[Record, ...] = setting(
+        (), Checked(suite_of), "load",
+        "records that act one at a time, each with the other loads: paths, folders, or tables "
+        "`[load.suite]` of records, where `file` may be a list",
+    )  # fmt: skip
+    scale_to: Size | None = setting(
+        None, Checked(size_of), "load",
+        "common size of all records: `{ peak = \"0.3 g\" }`, or a pseudo-acceleration at a period, "
+        "`{ Sa = \"0.5 g\", T = 0.8, zeta = 0.05 }`; without a unit in m/s^2", "peak=0.3g",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         check_settings(self)
+        if self.scale_to is not None and not (self.record or self.suite):
+            raise RequestError("scale_to: there is no record; allowed: beside records")
+        if self.suite:
+            for place in range(len(self.suite)):
+                self.member(place)  # which refuses a force beside an acceleration
+            return
         if self.shaken and (self.impulse or self.blow or self.harmonic):
             what = "harmonic" if self.harmonic else "impulse"
             raise RequestError(f"{what}: a force on m1 beside an acceleration of the ground")
@@ -170,13 +187,22 @@ class Loading:
         """All loads but impulses."""
         return tuple(one for kind in KINDS for one in getattr(self, kind))
 
+    def member(self, place: int) -> Loading:
+        """Return the loads with one record of the suite, by its place."""
+        return replace(self, record=(*self.record, self.suite[place]), suite=())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the records of the suite."""
+        return tuple(one.source for one in self.suite)
+
     @property
     def acts(self) -> bool:
-        return bool(self.impulse or self.blow or self.parts or self.harmonic)
+        return bool(self.impulse or self.blow or self.parts or self.harmonic or self.suite)
 
     @property
     def shaken(self) -> bool:
-        return any(one.is_acceleration for one in self.parts)
+        return any(one.is_acceleration for one in (*self.parts, *self.suite))
 
     @property
     def blows(self) -> tuple[tuple[float, float], ...]:
@@ -192,7 +218,7 @@ class Loading:
 
     def to_table(self) -> dict[str, Any]:
         document = entries(self, "load")
-        for kind in ALL.keys() & document.keys():
+        for kind in (ALL.keys() | {"suite"}) & document.keys():
             document[kind] = [one.entry() for one in document[kind]]
         return document
 
@@ -251,6 +277,8 @@ class Loading:
 
     def check(self, duration: float, period: float) -> None:
         """Raise `RequestError` for recurring noise, too many cells, records coarse for `period`."""
+        for place in range(len(self.suite)):
+            self.member(place).check(duration, period)
         for noise in self.noise:
             if noise.recurrence < duration:
                 raise RequestError(
@@ -269,11 +297,12 @@ class Loading:
         terms = [f"a blow of {self.impulse:g} N s"] if self.impulse else []
         terms += [one.words() for kind in ALL for one in getattr(self, kind)]
         terms += ["the harmonic force"] if self.harmonic else []
+        terms += [f"each of {len(self.suite)} records"] if self.suite else []
         times = f" times {self.scale:g}" if self.scale != 1.0 else ""
         return " + ".join(terms) + times
 
     def records_in_words(self, duration: float) -> list[str]:
-        return [one.summary(duration) for one in self.record]
+        return [one.summary(duration) for one in (*self.record, *self.suite)]
 
     def cells(self, on: Struck, duration: float, reach: float, marks: np.ndarray) -> Cells:
         """Return the sum in cells of at most `reach` [s], with further edges at `marks` [s]."""

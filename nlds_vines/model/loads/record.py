@@ -345,6 +345,10 @@ class Record(Outlined, Course):
             keys = [one.key for one in settings_of(cls).values()]
             entry = table(cls.kind, entry, [*of_file, *keys])
             unit = unit_in("unit", entry["unit"]) if "unit" in entry else ""
+            if isinstance(entry["file"], list | tuple):
+                raise RequestError(
+                    f"file = {shown(entry['file'])}: several files are a suite, [load.suite]"
+                )
             file = RecordFile(**{key: entry[key] for key in of_file if key in entry})
             path = Path(file.file)
             with at(str(path)):

@@ -38,6 +38,7 @@ from nlds_vines.model.host import chain as chain
 from nlds_vines.model.host import shear_frame as shear_frame
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
+from nlds_vines.model.spring_manifold import SpringManifold as SpringManifold
 from nlds_vines.model.system import System as System
 from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
 from nlds_vines.transients.basins import Basins as Basins

@@ -67,7 +67,7 @@ from nlds_vines.model.setting import (
     is_given,
     setting,
 )
-from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
+from nlds_vines.model.slow_manifold import SlowManifold, free_mass_manifold
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.drawable import Drawable
@@ -189,7 +189,7 @@ class Case(Outlined):
     @property
     def manifold(self) -> SlowManifold | None:
         try:
-            return slow_manifold(self.scan.system)
+            return free_mass_manifold(self.scan.system)
         except RequestError:
             return None
 
@@ -262,7 +262,7 @@ class CurveRequest(Request):
             if not walled:
                 raise RequestError("no curve has walls")
             if not any(case.manifold for case in walled):
-                slow_manifold(walled[0].scan.system)  # raises the reason
+                free_mass_manifold(walled[0].scan.system)  # raises the reason
 
     @property
     def axis(self) -> str:

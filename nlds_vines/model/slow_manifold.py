@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalog import as_preset
-from nlds_vines.model.system import System
+from nlds_vines.model.catalog import any_system, without_hosts
+from nlds_vines.model.spring_manifold import SpringManifold, spring_manifold
+from nlds_vines.model.system import General, System
 
 # the largest amplitude over the clearance: far beyond, the damper takes no energy
 _MOST_XI = 1e3
@@ -321,19 +322,21 @@ class SlowManifold:
         return np.stack([below, np.where(one, ordered[:, 0], ordered[:, 1])])
 
 
-def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
-    """Return the slow manifold of a free mass between two rigid walls.
+def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold | SpringManifold:
+    """Return the slow manifold of a free mass between two rigid walls, or on a nonlinear spring.
 
     Parameters
     ----------
     system : System, str or path-like
         A system, its catalog name or its TOML file: of kind `ssbl` under the law `restitution`,
-        with k2 = c2 = 0 and C = D > 0.
+        with k2 = c2 = 0 and C = D > 0; or a structure with one degree of freedom and one damper,
+        whose spring has k3 or k5 and which has no walls.
 
     Returns
     -------
-    SlowManifold
-        The manifold, its best clearance, frequency response and capture times.
+    SlowManifold or SpringManifold
+        Of a free mass, the manifold with its best clearance, frequency response and capture times;
+        of a mass on a spring, the manifold with its folds, the threshold and the time of pumping.
 
     Raises
     ------
@@ -346,8 +349,20 @@ def slow_manifold(system: System | str | os.PathLike[str]) -> SlowManifold:
     >>> manifold = nv.slow_manifold("vi-nes")
     >>> round(manifold.least, 4), round(manifold.Gamma, 4), round(manifold.best.Gamma, 4)
     (0.0706, 0.15, 0.3387)
+    >>> sink = nv.Damper("nes", "x1", m=0.02, c=0.002, spring=nv.Spring(k3=0.4))
+    >>> system = nv.System.from_host(nv.chain([1.0], [1.0]), [sink])
+    >>> round(nv.slow_manifold(system).threshold, 4)
+    0.1005
     """
-    system = as_preset(system)
+    system = any_system(system)
+    if isinstance(system, General):
+        return spring_manifold(system)
+    return free_mass_manifold(system)
+
+
+def free_mass_manifold(system: System) -> SlowManifold:
+    """Return the slow manifold of a free mass between two rigid walls; see `slow_manifold`."""
+    system = without_hosts(system)
     p = system.parameters
     wanted = "a free mass between two rigid walls, each as far from the middle"
     if system.kind != "ssbl" or system.law != "restitution" or system.law_2:

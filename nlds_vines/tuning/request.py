@@ -25,7 +25,6 @@ from nlds_vines.loads.request import (
     refuse_load_in_set,
 )
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.dampers import PLACE
 from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading
 from nlds_vines.model.parameters import (
@@ -57,7 +56,7 @@ from nlds_vines.model.setting import (
     settings_of,
     tables,
 )
-from nlds_vines.model.slow_manifold import slow_manifold
+from nlds_vines.model.slow_manifold import free_mass_manifold
 from nlds_vines.model.system import System
 from nlds_vines.tuning.design_space import (
     DRAWS,
@@ -330,8 +329,8 @@ class Tuning(Request):
         if set(self.names) != {"C", "D"}:
             return None
         try:
-            system = without_hosts(self.system.with_(C=1.0, D=1.0))
-            clearance = slow_manifold(system).best.clearance
+            system = self.system.with_(C=1.0, D=1.0)
+            clearance = free_mass_manifold(system).best.clearance
         except RequestError:
             return None
         return np.array([clearance, clearance])

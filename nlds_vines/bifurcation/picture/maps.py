@@ -40,7 +40,7 @@ from nlds_vines.model.labels import (
 )
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
 from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, clause, scale_of
-from nlds_vines.model.slow_manifold import slow_manifold
+from nlds_vines.model.slow_manifold import free_mass_manifold
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.bands import inner_edges, logarithmic
 from nlds_vines.plotting.page import (
@@ -426,7 +426,8 @@ def manifold_bounds(view: ArchiveView) -> np.ndarray:
     system = view.request(SCAN, load_scan).system
 
     def bounds(value: float) -> tuple[float, float]:
-        outline, _ = slow_manifold(system.with_(**{other: float(value)})).response().outline
+        manifold = free_mass_manifold(system.with_(**{other: float(value)}))
+        outline, _ = manifold.response().outline
         frequencies = outline[np.isfinite(outline)]
         return (frequencies.min(), frequencies.max()) if frequencies.size else (np.nan, np.nan)
 

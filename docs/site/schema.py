@@ -17,7 +17,7 @@ from reference import REQUESTS
 
 from nlds_vines import errors
 from nlds_vines.model.axis import FILE
-from nlds_vines.model.catalog import SYSTEM_KEYS, catalog
+from nlds_vines.model.catalog import SYSTEM_KEYS, system_names
 from nlds_vines.model.dampers import DAMPER_KEYS, SPRING_KEYS, WALL_KEYS
 from nlds_vines.model.host import KEYS as HOST_KEYS
 from nlds_vines.model.loads.loading import NUMBERS as NUMBERS_OF_LOADS
@@ -166,7 +166,7 @@ def schema() -> Schema:
     interval = table({"low": {"type": "number"}, "high": {"type": "number"}})
     spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
-    names = {"anyOf": [{"enum": list(catalog())}, {"type": "string"}]}
+    names = {"anyOf": [{"enum": list(system_names())}, {"type": "string"}]}
     own = {"anyOf": [system_of_a_kind(), system_of_a_host()]}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",

@@ -22,7 +22,7 @@ from nlds_vines.engine.records import impact_type
 from nlds_vines.engine.spectrum import spectrum_of
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.map_data import MOST_CURVES, Curve, curves_of
-from nlds_vines.model.catalog import catalog
+from nlds_vines.model.catalog import system_named, system_names
 from nlds_vines.model.ratios import HZ, RAD
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
@@ -254,8 +254,11 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
 def portrait_command(request: PortraitRequest) -> str:
     """Return the command that draws a portrait: of a changed catalog system, or else of a file."""
     (column,) = request.columns
-    system, base = column.system, catalog().get(column.system.name)
-    if base is None or not system.has_parts_of(base):
+    system = column.system
+    if system.name not in system_names():
+        return f"nlds-vines portrait {PORTRAIT_FILE}"
+    base = system_named(system.name)
+    if not system.has_parts_of(base):
         return f"nlds-vines portrait {PORTRAIT_FILE}"
     changed = system.changes_from(base)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -32,9 +33,32 @@ _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}  # 
 
 
 @cache
+def _document() -> Mapping[str, Any]:
+    return parse_toml(resource_text("dampers.toml"), "dampers.toml")
+
+
+def system_names() -> tuple[str, ...]:
+    """Return the names of all systems that come with the program."""
+    return (*catalog(), *_document()["hosts"])
+
+
+@cache
+def system_named(name: str) -> System:
+    """Return the named system; raise `RequestError` for an unknown name."""
+    choice("system", name, system_names())
+    if name in catalog():
+        return catalog()[name]
+    described = dict(_document()["hosts"][name])
+    common = described.pop("source")
+    own = described.pop("sources")
+    system = general_from({"kind": General.kind, **described}, name)
+    return replace(system, sources={key: own.get(key, common) for key in system.parameters})
+
+
+@cache
 def catalog() -> Mapping[str, Preset]:
-    """Return the named systems by name, each with sources and assumptions of its values."""
-    document, systems = parse_toml(resource_text("dampers.toml"), "dampers.toml"), {}
+    """Return the named systems of the paper's kinds, with sources and assumptions of values."""
+    document, systems = _document(), {}
     for name, entry in document["systems"].items():
         # the values of its groups, overridden by its own
         parts = [document["groups"][group] for group in entry["groups"]]
@@ -94,7 +118,7 @@ def any_system(source: System | str | os.PathLike[str], *, needs_force: bool = T
     if not isinstance(source, str | os.PathLike):
         raise RequestError(
             f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
-            f"names: {', '.join(catalog())}"
+            f"names: {', '.join(system_names())}"
         )
     path = str(Path(source))
     document = read_request(source)
@@ -158,12 +182,12 @@ def any_system_from(value: object, name: str = "", *, needs_force: bool = True) 
     if isinstance(value, System):
         return value
     if isinstance(value, str):
-        return catalog()[choice("system", value, catalog())]
+        return system_named(value)
     if not isinstance(value, Mapping):
         what = "no system" if value is None else f"system = {shown(value)}"
         raise RequestError(
             f"{what}: give system = NAME, or a [system] table with kind and parameters; "
-            f"names: {', '.join(catalog())}"
+            f"names: {', '.join(system_names())}"
         )
     with at("[system]"):
         if "kind" not in value:

@@ -149,5 +149,31 @@ def test_a_wrong_key_of_a_spring_is_refused(error_of):
     assert "spring: a spring = 1.0" in error_of(any_system_from, table)
 
 
+@pytest.mark.parametrize("name", ["nes-cubic", "nes-bistable", "nes-vibro-impact-cubic"])
+def test_named_sinks_are_on_one_structure_and_every_value_has_a_source(name):
+    system = nv.load_system(name)
+    assert system.sources.keys() == system.parameters.keys()
+    assert all(system.sources.values())
+    assert system.name == name
+    shared = ("x1.m", "x1.k", "nes.m", "nes.c", "nes.k3", "force.x1", "omega")
+    cubic = nv.load_system("nes-cubic").parameters
+    assert [system.parameters[key] for key in shared] == [cubic[key] for key in shared]
+    assert nv.load_system(name, **{"nes.k3": 0.5}).sources["nes.k3"] == "set by the user"
+
+
+def test_the_named_sinks_have_the_numbers_of_their_sources():
+    blow = nv.slow_manifold(nv.load_system("nes-cubic"))
+    k3 = nv.load_system("nes-cubic").parameters["nes.k3"]
+    assert k3 == pytest.approx(1.1 * blow.threshold_k3(0.1), abs=5e-6)
+    first, last = blow.folds
+    assert first.force < blow.force < last.force
+    bistable = nv.load_system("nes-bistable")
+    p = bistable.parameters
+    assert np.sqrt(-2.0 * p["nes.k"] / p["nes.m"]) == pytest.approx(1.0, rel=1e-15)
+    well = bistable.rests[-1].strokes["nes"]
+    in_well = p["nes.k"] + bistable.dampers[0].spring.slope(well)
+    assert in_well / p["nes.m"] == pytest.approx(1.0, rel=1e-14)
+
+
 def test_motions_are_not_computed_yet(error_of):
     assert "damper 'nes' has a nonlinear spring" in error_of(nv.simulate, CUBIC, periods=1)

@@ -16,7 +16,7 @@ from nlds_vines.errors import Reordered, RequestError
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.model import catalog as packaged_files
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalog import any_system_from, catalog, load_system
+from nlds_vines.model.catalog import any_system_from, catalog, load_system, system_names
 from nlds_vines.model.parameters import CONTACT, PARAMETERS, Parameter
 from nlds_vines.model.presets import CELL
 from nlds_vines.model.scenes import SCENES
@@ -28,6 +28,7 @@ from nlds_vines.tuning.run import Objective, at_rest
 stiffness_of_set6 = 32504566.49525256
 stiffness_of_steel = 159844234214.64865
 
+ON_SPRINGS = ["nes-cubic", "nes-bistable", "nes-vibro-impact-cubic"]
 OTHERS = ["impact-oscillator", "hard-oscillator", "bilinear-oscillator", "bouncing-ball", "vi-nes"]
 TABLE_1 = {  # k2, c2, C, V
     "ssul-set1": (215, 232, 0.03, 0.03),
@@ -47,6 +48,7 @@ def set6() -> System:
 
 def test_the_catalog_has_the_names_of_the_interface_and_marks_what_is_assumed(set6):
     assert list(catalog()) == ["none", "tmd", *TABLE_1, "ssbl", *OTHERS]
+    assert list(system_names()) == [*catalog(), *ON_SPRINGS]
     p = load_system("tmd").parameters
     assert (p["m2"], p["k2"], p["c2"]) == (60, 600, 262)
     assert set6.assumptions.keys() == {"A", "B", "q1"}

@@ -35,7 +35,6 @@ from nlds_vines.model.parameters import (
     PARAMETERS,
     PHASE,
     component_of,
-    setting_in_words,
     symbol_of,
 )
 from nlds_vines.model.quantities import recorded
@@ -557,11 +556,8 @@ def load_scan(
             names = list(sampled.names)
             symbols = f"{sampled.count} samples of {', '.join(map(symbol_of, names))}"
         bare = system.with_axes(names)  # without a force, where the ground's motion varies
-        settings = {name for _, layer in request.layers for name in layer.get("set", {})}
-        settings |= {*meant_by(bare.scene, settings)}
-        settings &= bare.statements.keys() - {*names}
-        words = [setting_in_words(name, bare.statements[name]) for name in sorted(settings)]
-        title = f"{', '.join([bare.in_words(), *words])}: {symbols}"
+        words = [bare.in_words(), *request.set_in_words(bare, names)]
+        title = f"{', '.join(words)}: {symbols}"
     return request.make(
         Scan,
         request.place(kind),

@@ -37,7 +37,7 @@ from nlds_vines.continuation.special_points import (
 )
 from nlds_vines.engine.section_map import SAME_ORBIT, Cycle, SectionMap
 
-MOST_POINTS = 3_000  # of a branch in one direction
+MOST_POINTS = 3_000  # of a branch in one direction, by default
 
 # Steps are not shortened below this to separate multipliers that cross the circle together.
 LEAST_SPLIT = 1.0e-6
@@ -85,6 +85,7 @@ class Arm:
     specials: list[Special] = field(default_factory=list)
     end: str = ""  # why it ends, a key of `ENDS`
     best_grazing: Special | None = None  # the most accurate one ahead so far
+    most: int = MOST_POINTS
 
     @cached_property
     def begin(self) -> Point:
@@ -130,18 +131,20 @@ def follow(
     first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
     unstable: int = MOST_POINTS,
+    most: int = MOST_POINTS,
 ) -> Arm:
     """Follow a branch from a point along its tangent until it ends.
 
     `followed` returns True for a point of a branch that has been followed before; `first` and
-    `longest` are weighted lengths of steps, `unstable` the most successive unstable points.
+    `longest` are weighted lengths of steps, `unstable` the most successive unstable points, `most`
+    the most points.
     """
-    arm, zero, rigid = Arm([start]), section_map, section_map.is_rigid
+    arm, zero, rigid = Arm([start], most=most), section_map, section_map.is_rigid
     stepper = Stepper(section_map, start, first, longest)
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
         a = stepper.point
-        most = math.inf
+        farthest = math.inf
         if rigid and len(arm.points) > 1:
             # a fraction of the distance to a grazing, where the map has no derivative, by linear
             # extrapolation of clearance and softest approach speed
@@ -150,9 +153,9 @@ def follow(
                 f, g = getattr(one.cycle, name), getattr(two.cycle, name)
                 step = step_between(one, two)
                 if math.isfinite(f) and math.isfinite(g) and f > g and step > 0.0:
-                    most = min(most, step * g / (f - g))
-            most = max(NEARER * most, LEAST_STEP * 1.0e-3)
-        b = stepper.advance(most)
+                    farthest = min(farthest, step * g / (f - g))
+            farthest = max(NEARER * farthest, LEAST_STEP * 1.0e-3)
+        b = stepper.advance(farthest)
         if b is None:
             _end_of_lost(arm)
             break
@@ -199,7 +202,7 @@ def _append(
         if end is None:
             return
         b = end
-    elif len(arm.points) >= MOST_POINTS:
+    elif len(arm.points) >= arm.most:
         arm.end = "long"
     elif _is_back(arm, b):
         arm.end = "closed"

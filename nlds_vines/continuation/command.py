@@ -20,6 +20,7 @@ from nlds_vines.archives.provenance import CONTINUATION, SCAN
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
 from nlds_vines.cli.running import existing
+from nlds_vines.continuation.branch_panels import names_of
 from nlds_vines.continuation.request import (
     STARTS,
     Begin,
@@ -55,7 +56,7 @@ examples:
   nlds-vines continuation --from figure8.h5@omega=6.28 --along omega=5:8
   nlds-vines continuation --from branches.h5@omega=7.4 --orbit T,1 --along P=800:400
       from an orbit of earlier branches, downwards along another parameter
-exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
+exit status: 0 done; 1 a branch or a curve is not complete; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
 
@@ -75,6 +76,7 @@ def continue_branch(
     seed: int = 0,
     step: float | None = None,
     unstable: int | None = None,
+    points: int | None = None,
     tolerance: float | str | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -114,6 +116,8 @@ def continue_branch(
         Longest step, relative to the orbit and the interval together, by default 0.02.
     unstable : int, optional
         Number of successive unstable points at which a branch ends, by default 3000.
+    points : int, optional
+        The most points of a branch, by default 3000, or a curve, by default 400, in one direction.
     tolerance : float or str, optional
         Of contacts: a number, "draft", "standard" or, by default, "fine".
     resume, overwrite : bool
@@ -159,7 +163,13 @@ def continue_branch(
         listed = isinstance(value, Sequence) and not isinstance(value, str)
         if not listed or len(value) != count or not (count == 2 or isinstance(value[0], str)):
             raise RequestError(f"{name} = {shown(value)}; allowed: {form}")
-    search = {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance}
+    search = {
+        "doublings": doublings,
+        "step": step,
+        "unstable": unstable,
+        "points": points,
+        "tolerance": tolerance,
+    }
     changes: dict[str, Any] = {"search": {k: v for k, v in search.items() if v is not None}}
     if plane is not None:
         changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
@@ -225,12 +235,16 @@ def _columns(orbits: Sequence[Orbit]) -> dict[str, list[Any]]:
 
 @dataclass(frozen=True)
 class Job(commands.Job):
-    """A continuation with its archive; `over` is a scan over which its branches are drawn."""
+    """A continuation with its archive.
+
+    `over` is a scan over which its branches are drawn, `show` are panels, separated by commas.
+    """
 
     default: ClassVar[str] = "branches.h5"
 
     request: Continuation
     over: Path | None = None
+    show: str | None = None
 
     def others(self) -> Sequence[Path | None]:
         return (self.over,)
@@ -239,11 +253,15 @@ class Job(commands.Job):
         super().__post_init__()
         if self.over is not None:
             object.__setattr__(self, "over", existing(self.over, "--over"))
+        if self.show is not None:
+            panels = names_of(self.request)
+            for word in self.show.split(","):
+                choice("show", word.strip(), panels)
 
     def draw(self, plot: Path, results: Continued) -> None:
         from nlds_vines.continuation.picture import picture
 
-        picture(self.over).save(self.archive, plot, frequency=self.frequency)
+        picture(self.over).save(self.archive, plot, self.show, self.frequency)
 
     def lines(self, results: Continued) -> list[str]:
         if self.over is None or self.request.plane is not None:
@@ -255,9 +273,14 @@ class Job(commands.Job):
             return [*results.lines(), *report(results, scan, borders_of(results, scan))]
 
     def failure(self, results: Continued) -> str:
-        incomplete = int(results.tables["status"].sum())
-        words = "1 branch is" if incomplete == 1 else f"{incomplete} branches are"
-        return f"{words} not complete: the ends say why" if incomplete else ""
+        branches, curves = results.incomplete
+        words = []
+        if branches:
+            words.append("1 branch" if branches == 1 else f"{branches} branches")
+        if curves:
+            words.append("1 curve" if curves == 1 else f"{curves} curves")
+        verb = "is" if branches + curves == 1 else "are"
+        return f"{' and '.join(words)} {verb} not complete: the ends say why" if words else ""
 
     def plan(self) -> list[str]:
         request = self.request
@@ -312,20 +335,22 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuati
             usual = earlier.request.along if source is None else load_continuation(source).along
             system = earlier.request.system
             along = interval_in(changes.get("along") or usual.entry(), system)
-            system, orbits = orbits_on(earlier, along, values)
+            orbits = orbits_on(earlier, along, values)
+            near = {n: value for n, value in values.items() if n != along.name}
         elif view.content == SCAN:
             system = load_scan(parse_toml(view.text("scan"), str(path))).system
             entry = changes.get("along") or load_continuation(source).along.entry()
             along = interval_in(entry, system)
             orbits = orbits_in(view, along.name, values)
             others = [axis for axis in view.axes if axis != along.name and axis not in INITIAL]
-            near = {n: abs(view[n] - values.get(n, view[n][0])).argmin() for n in others}
-            system = system.with_(**{n: float(view[n][i]) for n, i in near.items()})
+            cells = {n: abs(view[n] - values.get(n, view[n][0])).argmin() for n in others}
+            near = {n: float(view[n][i]) for n, i in cells.items()}
         else:
             raise RequestError(f"it holds a {view.content}, not a scan or branches")
     changes["along"] = along.entry()
     if "system" not in changes and source is None:
         changes["system"] = system
+        changes["set"] = {**near, **changes.get("set", {})}
     inside = [orbit for orbit in orbits if along.low <= orbit.value <= along.high]
     if not inside:
         raise RequestError(f"--from {path}: no periodic orbit of it lies within the interval")
@@ -349,6 +374,7 @@ main = commands.of_task(
     Job,
     ("CONTINUATION.toml", "by default SSul Set 6"),
     (
+        Option("--show", "WHAT", "panels: x1, E1max, multipliers, largest_force ..."),
         Option("--over", "SCAN.h5", "a scan: draw them over it, explain its borders"),
         SYSTEM,
         SET,

@@ -142,6 +142,7 @@ class Explorer:
     doublings: int = 0  # successive ones whose branches are followed
     longest: float = LONGEST_STEP  # step, weighted length
     unstable: int = MOST_POINTS  # the most successive unstable points
+    most: int = MOST_POINTS  # points of a branch in one direction
     falls: bool = False  # whether the parameter falls along branches of start orbits
     tracks: list[Track] = field(default_factory=list)
 
@@ -229,7 +230,7 @@ class Explorer:
 
         return follow(
             self.section_map, start, self.bounds, followed=followed, first=first,
-            longest=self.longest, unstable=self.unstable,
+            longest=self.longest, unstable=self.unstable, most=self.most,
         )  # fmt: skip
 
     # ---- from a special point on ----

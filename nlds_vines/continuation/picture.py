@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from typing import Any
 
@@ -17,8 +17,17 @@ from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.choices import REGIMES
 from nlds_vines.bifurcation.picture.diagram import STRIP, draw_strip
 from nlds_vines.bifurcation.picture.maps import fill_map, name_regimes
+from nlds_vines.continuation.branch_panels import (
+    MULTIPLIERS,
+    PLANE,
+    SECTION,
+    Panel,
+    names_of,
+    panels_of,
+    usual_panels,
+)
 from nlds_vines.continuation.regime_borders import borders_of
-from nlds_vines.continuation.result import MARKS, WORDS, Continued, read_continuation
+from nlds_vines.continuation.result import MARKS, STOPS, WORDS, Branch, Continued, read_continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
 from nlds_vines.plotting.chosen_panels import Picture
@@ -31,7 +40,7 @@ from nlds_vines.plotting.page import (
     styled,
     write_letters,
 )
-from nlds_vines.plotting.style import DOT, GRAY, NAVY, axis_label, quantity_label
+from nlds_vines.plotting.style import DOT, GRAY, HUES, NAVY, axis_label
 
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}
@@ -45,7 +54,21 @@ _POINT: dict[str, Any] = {
     "markeredgecolor": "white",
     "zorder": 5,
 }
-_ENERGY = "E1max"
+# the frame of a grazing, inside which there is room for a mark that coincides with it
+_FRAME_WIDTH = 1.0
+_FRAME: dict[str, Any] = {
+    "markerfacecolor": "none", "markersize": 6.5, "markeredgewidth": _FRAME_WIDTH
+}  # fmt: skip
+_STOP: dict[str, Any] = {
+    "linestyle": "none", "color": "#444444", "markersize": 5, "markeredgewidth": 1.0, "zorder": 4
+}  # fmt: skip
+_MULTIPLIERS: dict[str, dict[str, Any]] = {
+    r"$\mu > 0$": {"color": HUES["green"], "linewidth": 0.9},
+    r"$\mu < 0$": {"color": HUES["vermillion"], "linewidth": 0.9},
+    r"$\mu$ complex": {"color": HUES["blue"], "linewidth": 0.9},
+}
+# the largest modulus up to which their axis is linear, and the least on a logarithmic one
+_MOST_LINEAR, _LEAST_MODULUS = 10.0, 1e-2
 _TICK = 0.06  # height of a border's tick, of the panel's
 
 
@@ -59,17 +82,25 @@ def picture(over: str | os.PathLike[str] | None = None) -> Picture:
                 return plane_diagram(result, scan, page)
             return branch_diagram(result, scan, page, names)
 
-    return Picture(lambda view: panels_of(read_continuation(view.path)), draw, _fill_axes)
+    def names(view: ArchiveView) -> dict[str, str]:
+        return names_of(read_continuation(view.path).request)
+
+    def usual(view: ArchiveView) -> list[str]:
+        request = read_continuation(view.path).request
+        return usual_panels(request) if request.plane is None else [PLANE]
+
+    return Picture(names, draw, _fill_axes, usual)
 
 
 def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw one panel of a diagram, or the plane, into axes, with its legend."""
     result = read_continuation(view.path)
     if result.request.plane is None:
-        _fill(axes, result, name)
+        panel = panels_of(result.request)[name]
+        _fill(axes, result, panel)
         axes.set_xlabel(axis_label(result.request.along.name))
         axes.set_xlim(result.request.along.low, result.request.along.high)
-        axes.legend(handles=_handles(result))
+        axes.legend(handles=_handles(result, [panel]))
         return
     _fill_plane(axes, result)
     axes.legend(handles=_plane_handles(result))
@@ -86,20 +117,21 @@ def branch_diagram(
     shown: Sequence[str] = (),
 ) -> Figure:
     """Return the diagram of branches over an open `scan`, with the panels `shown` or all."""
-    name, shown = result.request.along.name, shown or list(panels_of(result))
+    name, every = result.request.along.name, panels_of(result.request)
+    drawn = [every[word] for word in shown or usual_panels(result.request)]
     borders = [] if scan is None else borders_of(result, scan)
     regimes: list[Band] = []
     if scan is not None and "label" in scan:
         inside = _inside(result, scan)
         regimes = bands(scan[name][inside], scan.take("label", start=0)[inside])
-    heights = [STRIP] * bool(regimes) + [_PANEL * page.panel] * len(shown)
+    heights = [STRIP] * bool(regimes) + [_PANEL * page.panel] * len(drawn)
     figure, grid = new_figure(page, heights)
     panels: list[Axes] = []
-    for quantity in shown:
+    for panel in drawn:
         place = grid[len(panels) + bool(regimes)]
         panels.append(figure.add_subplot(place, sharex=panels[0] if panels else None))
-        _fill(panels[-1], result, quantity, scan)
-        panels[-1].tick_params(top=True, labelbottom=len(panels) == len(shown))
+        _fill(panels[-1], result, panel, scan)
+        panels[-1].tick_params(top=True, labelbottom=len(panels) == len(drawn))
     panels[-1].set_xlabel(axis_label(name))
     panels[0].set_xlim(result.request.along.low, result.request.along.high)
     figure.align_ylabels(panels)
@@ -116,19 +148,10 @@ def branch_diagram(
                 top = low + _TICK * (high - low)
                 panels[-1].vlines(value, low, top, color=color, linewidth=0.8)
         panels[-1].set_ylim(low, high)
-    add_legend(panels[-1], _handles(result, scan is not None, bool(regimes)), "below")
+    add_legend(panels[-1], _handles(result, drawn, scan is not None, bool(regimes)), "below")
     write_letters(panels)
     finish(figure, grid, result.request.title)
     return figure
-
-
-def panels_of(result: Continued) -> dict[str, str]:
-    if result.request.plane is not None:
-        return {"plane": "curves of special points in the plane of two parameters"}
-    names = result.request.system.scene.components
-    # of the body that impacts; of a host, the last one
-    component = next((one for one in ("x2", "x", "x1") if one in names), names[-2])
-    return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
 
 
 def _inside(result: Continued, scan: ArchiveView) -> np.ndarray:
@@ -143,50 +166,114 @@ def _inside(result: Continued, scan: ArchiveView) -> np.ndarray:
     return np.asarray(inside)
 
 
-def _fill(panel: Axes, result: Continued, name: str, scan: ArchiveView | None = None) -> None:
+def _fill(axes: Axes, result: Continued, panel: Panel, scan: ArchiveView | None = None) -> None:
     """Draw all branches with their special points, over the dots of a scan, into a panel."""
-    unit, body = "J" if name == _ENERGY else "m", result.request.system.scene.body
-    panel.set_ylabel(quantity_label(name, unit, body=body))
-    energy = name == _ENERGY
-    if scan is not None and (name if energy else "section") in scan:
-        inside = _inside(result, scan)
-        if energy:
-            states = scan[name][inside]
-        else:
-            component = list(scan["component"]).index(name)
-            states = scan.take("section", component=component)[inside]
-        rows = drawable(states).reshape(len(states), -1)
-        values = np.repeat(scan[result.request.along.name][inside], rows.shape[1])
-        dots: dict[str, Any] = {"color": _PALE, "markersize": _DOT, "rasterized": True, **DOT}
-        panel.plot(values, rows.ravel(), zorder=1, **dots)
-    index = 0 if energy else result.request.system.scene.components.index(name)
+    axes.set_ylabel(panel.label(result.request.system.scene.body))
+    if scan is not None:
+        _fill_scan(axes, result, panel, scan)
+    if panel.dataset == MULTIPLIERS:
+        _fill_multipliers(axes, result, panel)
+    else:
+        for branch in result.branches:
+            _fill_branch(axes, branch, panel)
+    for number, row in enumerate(result.special_points):
+        look = _look_of(row.kind)
+        for value in drawable(panel.at_special(result, number)):
+            axes.plot(row.value, value, **look)
     for branch in result.branches:
-        # solid between stable points, dashed elsewhere
-        unstable = ~branch.stable
-        dashed = unstable.copy()
-        dashed[1:] |= unstable[:-1]
-        dashed[:-1] |= unstable[1:]
-        for phase in range(1 if energy else branch.period):
-            values = drawable(branch.E1max if energy else branch.sections[:, phase, index])
-            for look, is_drawn, order in ((_UNSTABLE, dashed, 2), (_STABLE, branch.stable, 3)):
-                parts = np.where(is_drawn, values, np.nan)
-                panel.plot(branch.parameter, parts, zorder=order, **look)
-    for row, largest in zip(result.special_points, result.tables["special_E1max"], strict=True):
-        look = {**_POINT, **MARKS[row.kind]}
-        panel.plot(row.value, largest if energy else row.state[index], **look)
+        curves = drawable(panel.along(branch))
+        for point, end in ((0, branch.ends[0]), (-1, branch.ends[1])):
+            if end in STOPS:
+                there = np.full(len(curves), branch.parameter[point])
+                axes.plot(there, curves[:, point], **_STOP, marker=STOPS[end])
 
 
-def _handles(result: Continued, over: bool = False, borders: bool = False) -> list[Line2D]:
+def _fill_scan(axes: Axes, result: Continued, panel: Panel, scan: ArchiveView) -> None:
+    """Draw the dots of a scan that has recorded the quantity of a panel."""
+    is_section = panel.dataset == SECTION
+    if (panel.dataset if is_section else panel.name) not in scan:
+        return
+    inside = _inside(result, scan)
+    if is_section:
+        component = list(scan["component"]).index(panel.name)
+        states = scan.take("section", component=component)[inside]
+    else:
+        states = scan[panel.name][inside]
+    rows = drawable(states).reshape(len(states), -1)
+    values = np.repeat(scan[result.request.along.name][inside], rows.shape[1])
+    dots: dict[str, Any] = {"color": _PALE, "markersize": _DOT, "rasterized": True, **DOT}
+    axes.plot(values, rows.ravel(), zorder=1, **dots)
+
+
+def _fill_branch(axes: Axes, branch: Branch, panel: Panel) -> None:
+    """Draw the curves of a branch, solid between stable points, dashed elsewhere."""
+    dashed = _with_neighbors(~branch.stable)
+    for values in drawable(panel.along(branch)):
+        for look, is_drawn, order in ((_UNSTABLE, dashed, 2), (_STABLE, branch.stable, 3)):
+            parts = np.where(is_drawn, values, np.nan)
+            axes.plot(branch.parameter, parts, zorder=order, **look)
+
+
+def _fill_multipliers(axes: Axes, result: Continued, panel: Panel) -> None:
+    """Draw the moduli of multipliers, in the color of what happens where they are one."""
+    largest = 1.0
+    for branch in result.branches:
+        mu = branch.multipliers
+        is_real = mu.imag == 0.0
+        for look, which in zip(
+            _MULTIPLIERS.values(),
+            (is_real & (mu.real >= 0.0), is_real & (mu.real < 0.0), ~is_real),
+            strict=True,
+        ):
+            for values, is_drawn in zip(panel.along(branch), which.T, strict=True):
+                # a pair of real multipliers becomes a complex one between two points
+                parts = np.where(_with_neighbors(is_drawn), drawable(values), np.nan)
+                axes.plot(branch.parameter, parts, zorder=2, **look)
+        largest = max(largest, float(np.abs(mu).max(initial=1.0)))
+    axes.axhline(1.0, color=GRAY, linewidth=0.6, zorder=1)
+    if largest > _MOST_LINEAR:
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=_LEAST_MODULUS)
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _with_neighbors(chosen: np.ndarray) -> np.ndarray:
+    """Return the points of a mask (points,) and those beside them, so that lines meet."""
+    wide = chosen.copy()
+    wide[1:] |= chosen[:-1]
+    wide[:-1] |= chosen[1:]
+    return wide
+
+
+def _look_of(kind: str) -> dict[str, Any]:
+    """Return the look of a special point; a grazing is a frame around what coincides with it."""
+    look = {**_POINT, **MARKS[kind]}
+    if kind != "GR":
+        return look
+    color = look["color"]
+    return look | {**_FRAME, "markeredgecolor": color, "zorder": 4}
+
+
+def _handles(
+    result: Continued, panels: Sequence[Panel], over: bool = False, borders: bool = False
+) -> list[Line2D]:
     """Return the entries of the legend, with those of a scan `over` which the branches lie."""
-    curves = (("stable", _STABLE, False), ("unstable", _UNSTABLE, True))
-    handles = [
-        Line2D([], [], label=label, **look)
-        for label, look, lost in curves
-        if any((branch.stable != lost).any() for branch in result.branches)
-    ]
-    mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
-    kinds = [kind for kind in MARKS if kind in result.special_points.kind]
-    handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
+    handles: list[Line2D] = []
+    if any(panel.dataset != MULTIPLIERS for panel in panels):
+        curves = (("stable", _STABLE, False), ("unstable", _UNSTABLE, True))
+        handles += [
+            Line2D([], [], label=label, **look)
+            for label, look, lost in curves
+            if any((branch.stable != lost).any() for branch in result.branches)
+        ]
+    if any(panel.dataset == MULTIPLIERS for panel in panels):
+        handles += [Line2D([], [], label=label, **look) for label, look in _MULTIPLIERS.items()]
+    for kind in MARKS:
+        if kind in result.special_points.kind:
+            look = {**_look_of(kind), "markeredgewidth": _FRAME_WIDTH if kind == "GR" else 0.0}
+            handles.append(Line2D([], [], label=f"{kind} {WORDS[kind]}", **look))
+    handles += _stop_handles(branch.ends for branch in result.branches)
     if over:
         handles.append(Line2D([], [], label="scan", color=_PALE, markersize=3.5, **DOT))
     if borders:
@@ -195,13 +282,20 @@ def _handles(result: Continued, over: bool = False, borders: bool = False) -> li
     return handles
 
 
+def _stop_handles(ends: Iterable[tuple[str, str]]) -> list[Line2D]:
+    """Return the entries of the legend for ends before the natural one."""
+    present = {end for pair in ends for end in pair}
+    return [
+        Line2D([], [], label=f"ends: {end}", marker=marker, **_STOP)
+        for end, marker in STOPS.items()
+        if end in present
+    ]
+
+
 # ---- curves in the plane of two parameters ----
 
 # The dashes of a curve by n of nT; of any other n, those of 8.
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
-
-# A white outline, so that curves are legible over a map.
-_HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 
 _SIZE = 7  # points, of the names of meetings
 
@@ -240,18 +334,26 @@ def _fill_plane(axes: Axes, result: Continued, scan: ArchiveView | None = None) 
     halo = [Stroke(linewidth=1.8, foreground="white"), Normal()]
     for curve in result.curves:
         x, y = curve.values[:, across], curve.values[:, 1 - across]
-        axes.plot(x, y, path_effects=_HALO, zorder=4, **_look(curve.kind, curve.period))
+        look = _look(curve.kind, curve.period)
+        # white beside it, so that it is legible over a map; below all curves
+        axes.plot(x, y, color="white", linewidth=look["linewidth"] + 1.1, zorder=3)
+        axes.plot(x, y, zorder=3.5 if curve.kind == "GR" else 4, **look)
+        for point, end in ((0, curve.ends[0]), (-1, curve.ends[1])):
+            if end in STOPS:
+                axes.plot(x[point], y[point], **{**_STOP, "zorder": 6}, marker=STOPS[end])
         for name, *values in curve.meetings:
             place = values[across], values[1 - across]
             axes.plot(*place, **{**_POINT, "marker": "o", "color": "black", "zorder": 6})
-            look: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": True}
-            look |= {"fontsize": _SIZE, "path_effects": halo, "zorder": 7}
-            axes.annotate(name, place, (3, 3), **look)
+            of_text: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": True}
+            of_text |= {"fontsize": _SIZE, "path_effects": halo, "zorder": 7}
+            axes.annotate(name, place, (3, 3), **of_text)
     axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def _look(kind: str, n: int) -> dict[str, Any]:
-    look: dict[str, Any] = {"color": MARKS[kind]["color"], "linewidth": 1.1}
+    # another curve may run beside one of grazing, or on it
+    width = 2.6 if kind == "GR" else 1.1
+    look: dict[str, Any] = {"color": MARKS[kind]["color"], "linewidth": width}
     dashes = _DASHES.get(n, _DASHES[8])
     return look | ({"dashes": dashes} if dashes else {})
 
@@ -261,4 +363,4 @@ def _plane_handles(result: Continued) -> list[Line2D]:
     for kind, n in dict.fromkeys((curve.kind, curve.period) for curve in result.curves):
         label = f"{kind} of {'T' if n == 1 else f'{n}T'} ({WORDS[kind]})"
         handles.append(Line2D([], [], label=label, **_look(kind, n)))
-    return handles
+    return handles + _stop_handles(curve.ends for curve in result.curves)

@@ -116,7 +116,7 @@ class Continuation(Request):
         The free parameter with its interval.
     begin : Begin
         The start orbits.
-    doublings, step, unstable, tolerance
+    doublings, step, unstable, points, tolerance
         Limits of the search, as in `continue_branch`.
     plane : Interval, optional
         A second free parameter, for curves of special points.
@@ -143,6 +143,10 @@ class Continuation(Request):
     unstable: int = setting(
         3000, Whole(1, 10**5), "search", "ends a branch: unstable points, one after another", "N"
     )
+    points: int | None = setting(
+        None, Whole(2, 10**6), "search", "the most of a branch or a curve in one direction", "N",
+        usual="3000 of a branch, 400 of a curve",
+    )  # fmt: skip
     tolerance: float | str = tolerance_setting("search", TOLERANCES["fine"])
     plane: Interval | None = None
 
@@ -271,10 +275,14 @@ def load_continuation(
             with at(request.place(key)):
                 intervals[key] = interval_in(table_of_one, system, free)
                 if key == "plane" and intervals[key].falls:  # its curves have no direction
-                    words = intervals[key].heading()
-                    raise RequestError(f"{words}: the first must be the lesser")
+                    raise RequestError(f"{intervals[key].heading()}: the first must be the lesser")
     along = intervals.get("along", DEFAULT_ALONG)
     title = request.title("system", "set", "along", "plane")
+    if title is None:
+        varied = [item.name for item in (along, *intervals.values())]
+        bare = system.with_axes(dict.fromkeys(varied))  # without a force, if the ground's varies
+        words = [bare.in_words(), *request.set_in_words(bare, varied)]
+        title = f"{', '.join(words)}: branches along {symbol_of((along.stated or along).name)}"
     # a label, or orbits, without a policy imply it
     start = request.of(Begin)
     policy = "orbits" if start.get("states") else "label" if start.get("label") else "rest"
@@ -284,9 +292,7 @@ def load_continuation(
         Continuation,
         request.origin("along"),
         **request.of(Continuation),
-        title=f"{system.in_words()}: branches along {symbol_of((along.stated or along).name)}"
-        if title is None
-        else title,
+        title=title,
         system=system,
         along=along,
         begin=begin,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,12 +21,12 @@ from nlds_vines.continuation.branch_arm import ENDS, at_value
 from nlds_vines.continuation.exploration import Switch, Track, is_same
 from nlds_vines.continuation.request import Continuation, load_continuation
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
-from nlds_vines.continuation.special_points import KINDS
+from nlds_vines.continuation.special_points import KINDS, Special, torus_pair
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.section_map import Cycle, SectionMap
 from nlds_vines.engine.solver_settings import Settings
-from nlds_vines.errors import RequestError, number
-from nlds_vines.kernels.numerics.elementary import exp
+from nlds_vines.errors import RequestError, number, option
+from nlds_vines.kernels.numerics.elementary import cos_sin_of_turn, exp
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.system import System
@@ -39,9 +39,12 @@ MARKS: dict[str, dict[str, Any]] = {
     "PD": {"marker": "^", "color": HUES["vermillion"]},
     "NS": {"marker": "s", "color": HUES["blue"]},
     "BP": {"marker": "X", "color": HUES["black"]},
-    "GR": {"marker": "D", "color": HUES["orange"]},
-    "LIM": {"marker": "v", "color": HUES["pink"]},
+    "GR": {"marker": "D", "color": HUES["pink"]},
+    "LIM": {"marker": "v", "color": HUES["orange"]},
 }
+
+# the marks of ends in the middle of a picture: of branches, and of curves in a plane
+STOPS = {"lost": "x", "long": "+", "unstable": "|", "neutral": "|"}
 
 WORDS = {
     "LP": "fold", "PD": "period doubling", "NS": "torus", "BP": "branch point",
@@ -59,11 +62,12 @@ CURVE_END_FLAGS = {word: number for number, word in enumerate(CURVE_ENDS)}
 
 STATE_UNITS = "m, m/s"
 DEFECT = "closing error of the orbit, relative"
-INCOMPLETE = {"lost", "long"}  # ends of branches that are not complete
+INCOMPLETE = {"lost", "long"}  # ends of branches and curves that are not complete
 RESOLVED = 1.0e-10  # largest last bracket of a resolved special point, relative to the parameter
+NEWTON_STEPS = 8  # for an angle: the error of the first is up to 1/4 turn, then its cube
 
 # dimensions of datasets that an archive leaves out if they are empty
-MAY_BE_EMPTY = {"special", "curve_point", "curve", "meeting_point"}
+MAY_BE_EMPTY = {"special", "special_row", "curve_point", "curve", "meeting_point"}
 
 Tables = dict[str, np.ndarray]  # by the name of a dataset
 
@@ -288,7 +292,8 @@ class Continued(Drawable):
         value; defect, the closing error, relative; wall of a grazing impact; branch, its number;
         index of the preceding point of its branch; periodicity, n of nT; state at phase zero [m,
         m/s]; switch, the outcome of following the branch that leaves there: none, followed, known
-        or failed.
+        or failed; rotation, of an NS the rotation number of the torus, in turns per nT: |arg mu| /
+        2 pi, NaN of other kinds.
         """
         t = self.tables
         values, bracket = t[f"special_{self.request.along.name}"], t["bracket"]
@@ -307,9 +312,19 @@ class Continued(Drawable):
             "state": ((float, t["special_state"].shape[1:]), t["special_state"]),
             "switch": ("U8", [Switch(int(code)).name.lower() for code in t["switch"]]),
             "resolved": (bool, bracket <= RESOLVED * np.abs(values)),
+            "rotation": (float, t.get("rotation", np.full(len(values), np.nan))),
         }
         kinds = [(name, kind) for name, (kind, _) in columns.items()]
         return np.rec.fromarrays([column for _, column in columns.values()], kinds)
+
+    @cached_property
+    def special_sections(self) -> tuple[np.ndarray, ...]:
+        """The states (n, 4) of each special point one, two, ... periods later."""
+        rows = self.tables.get("special_section")
+        if rows is None:  # an archive of an earlier version
+            return tuple(state[np.newaxis] for state in self.tables["special_state"])
+        periods = self.tables["special_periodicity"]
+        return tuple(np.split(rows, np.cumsum(periods)[:-1])) if len(periods) else ()
 
     @cached_property
     def curves(self) -> tuple[SpecialCurve, ...]:
@@ -336,6 +351,13 @@ class Continued(Drawable):
                 )
             )
         return tuple(curves)
+
+    @property
+    def incomplete(self) -> tuple[int, int]:
+        """The numbers of branches and of curves that end as "lost" or "long"."""
+        branches = sum(not INCOMPLETE.isdisjoint(branch.ends) for branch in self.branches)
+        curves = sum(not INCOMPLETE.isdisjoint(curve.ends) for curve in self.curves)
+        return branches, curves
 
     def orbits_at(self, value: float) -> list[Crossing]:
         """Return the orbits of all branches at a value of the parameter.
@@ -418,31 +440,30 @@ class Continued(Drawable):
             (len(self.special_points), "special point", "s"),
         )
         yield ", ".join(f"{n} {word}{plural * (n != 1)}" for n, word, plural in counts)
-        names = [item.name for item in self.request.free]
+        along = self.request.along
         for i, branch in enumerate(self.branches):
             labels = ", ".join(dict.fromkeys(branch.labels.tolist()))
             origin = "" if branch.parent < 0 else f" from {branch.origin} of branch {branch.parent}"
+            ends = along.range_in_words(branch.parameter.min(), branch.parameter.max())
             yield (
-                f"branch {i}{origin}: {labels}; {names[0]} {branch.parameter.min():.6g} to "
-                f"{branch.parameter.max():.6g}; {int(branch.stable.sum())} of {len(branch)} points "
-                f"stable; ends: {branch.ends[0]}, {branch.ends[1]}"
+                f"branch {i}{origin}: {labels}; {ends}; {int(branch.stable.sum())} of "
+                f"{len(branch)} points stable; ends: {branch.ends[0]}, {branch.ends[1]}"
             )
+            yield from _stops_in_words(branch.ends, ENDS)
             for row in self.special_points[self.special_points.branch == i]:
-                change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
-                several = row.wall == "both" or " " in row.wall
-                wall = f" ({row.wall} wall{'s' * several})" if row.wall else ""
-                note = "" if row.resolved else f"; unresolved, within {row.bracket:.1g}"
-                if row.switch == "failed":
-                    note += "; the branch that leaves there was not found"
-                yield f"  {row.kind:<3} {names[0]} = {row.value:.12g}  {change}{wall}{note}"
+                place = along.value_in_words(row.value, 12)
+                yield f"  {row.kind:<3} {place}  {_change_in_words(row)}"
         for curve in self.curves:
-            ranges = ", ".join(
-                f"{name} {column.min():.6g} to {column.max():.6g}"
-                for name, column in zip(names, curve.values.T, strict=True)
-            )
+            pairs = list(zip(self.request.free, curve.values.T, strict=True))
+            ranges = ", ".join(item.range_in_words(x.min(), x.max()) for item, x in pairs)
             yield f"curve of {curve.kind}, {curve.period}T: {ranges}; ends: {', '.join(curve.ends)}"
-            for name, first, second in curve.meetings:
-                yield f"  {name:<6} {names[0]} = {first:.10g}, {names[1]} = {second:.10g}"
+            yield from _stops_in_words(curve.ends, CURVE_ENDS)
+            for name, *values in curve.meetings:
+                places = [
+                    item.value_in_words(value, 10)
+                    for item, value in zip(self.request.free, values, strict=True)
+                ]
+                yield f"  {name:<6} {', '.join(places)}"
 
     def outline(self) -> Rows:
         """Return the numbers of branches, special points and curves."""
@@ -454,6 +475,29 @@ class Continued(Drawable):
         if self.curves:
             kinds = Counter(curve.kind for curve in self.curves).items()
             yield "curves", ", ".join(f"{n} of {kind}" for kind, n in kinds)
+
+
+def _stops_in_words(ends: tuple[str, str], reasons: Mapping[str, str]) -> Iterator[str]:
+    """Yield a line for each end that the user has not asked for."""
+    for end in dict.fromkeys(ends):
+        if end in STOPS and end != "unstable":
+            more = f"; {option('points')} allows more" if end == "long" else ""
+            yield f"  {end}: {reasons[end]}{more}"
+
+
+def _change_in_words(row: Any) -> str:
+    """Return what changes at a special point: labels, wall, rotation number, and what failed."""
+    words = f"{row.before} -> {row.after}" if row.before != row.after else str(row.before)
+    if row.wall:
+        several = row.wall == "both" or " " in row.wall
+        words += f" ({row.wall} wall{'s' * several})"
+    if row.kind == "NS":
+        words += f"; rotation number {row.rotation:.8g}"
+    if not row.resolved:
+        words += f"; unresolved, within {row.bracket:.1g}"
+    if row.switch == "failed":
+        words += "; the branch that leaves there was not found"
+    return words
 
 
 def map_of(request: Continuation, free: int = 1) -> SectionMap:
@@ -469,7 +513,8 @@ def read_continuation(path: str | os.PathLike[str]) -> Continued:
     with read(path) as view:
         request = view.request(CONTINUATION, load_continuation)
         size, tables = len(request.system.scene.components), dict[str, np.ndarray]()
-        shapes = {"component": size, "multiplier": size, "part": 2}
+        dampers = len(request.system.scene.dampers)
+        shapes = {"component": size, "multiplier": size, "part": 2, "damper": dampers}
         for entry in datasets_of(request):
             if entry.name in view:
                 tables[entry.name] = view[entry.name]
@@ -524,7 +569,21 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.real("special_state", (*dims, "component"), STATE_UNITS, words), None
     yield Dataset.whole("special_index", dims, "preceding point of its branch"), lambda s: s.index
     yield Dataset.whole("special_periodicity", dims, "n of nT"), lambda s: s.point.cycle.n
+    words = "orbits at phase zero"
+    yield Dataset.real("special_section", ("special_row", "component"), STATE_UNITS, words), None
     yield BY_NAME["E1max"].dataset(dims, scene, prefix="special_"), None
+    if scene.damper:
+        yield BY_NAME["E2max"].dataset((*dims, *by_damper), scene, prefix="special_"), None
+    words = "largest approach speed"
+    yield Dataset("special_fastest_impact", dims, "float64", "m/s", words, 0.0), None
+    words = "largest contact force"
+    yield Dataset("special_largest_force", dims, "float64", "N", words, 0.0), None
+    clearance = BY_NAME["clearance"].dataset(dims, scene, prefix="special_")
+    yield clearance, lambda s: s.point.cycle.clearance
+    softest = BY_NAME["softest_impact"].dataset(dims, scene, prefix="special_")
+    yield softest, lambda s: s.point.cycle.slowest
+    words = "rotation number of the torus that begins or ends, in turns per nT"
+    yield Dataset.real("rotation", dims, "1", words), rotation_of
     yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
     yield Dataset.text("after", dims, "label after it along the branch"), lambda s: s.after
     yield Dataset.text("special_wall", dims, "wall of a grazing impact"), lambda s: s.wall
@@ -582,6 +641,7 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
         counted("point", "periodicity", "point of a branch, branch after branch"),
         counted("row", "section", "section state, n for each point, point after point"),
         counted("special", "kind", "special point, branch after branch"),
+        counted("special_row", "special_section", "section state of special points, n for each"),
         counted("branch", "status", "branch"),
         Scale("component", np.array(components), "1", "component of the state"),
         Scale.counted(
@@ -623,29 +683,59 @@ def tables_of(request: Continuation, section_map: SectionMap, tracks: Sequence[T
         return places, np.array([cycle.n for cycle in cycles], dtype=np.int64)
 
     # those that are computed for all points, or all special points, at once
+    def sections_of(cycles: Sequence[Cycle]) -> np.ndarray:
+        """Return the n sections of each orbit, orbit after orbit."""
+        rows = [np.empty((0, size + 1))]
+        for cycle in cycles:
+            values = np.full(cycle.n, float(cycle.values[0]))
+            rows.append(np.column_stack([cycle.points[:, :size], values]))
+        return section_map.states_of(np.concatenate(rows))
+
+    def measured(places: np.ndarray, periods: np.ndarray, prefix: str) -> Tables:
+        extremes = section_map.measure(places, periods)
+        energy, strokes = extremes.energy, extremes.strokes
+        numbers = {
+            f"{prefix}E1max": energy[:, 0],
+            f"{prefix}fastest_impact": strokes[:, 0],
+            f"{prefix}largest_force": strokes[:, 1],
+        }
+        if scene.damper:
+            numbers[f"{prefix}E2max"] = energy[:, 1:] if scene.dampers else energy[:, 1]
+        return numbers
+
     places, periods = placed(cycles)
-    measured = section_map.measure(places, periods)
-    sections = [cycle.points[:, :size] for cycle in cycles]
-    values = np.repeat(places[:, size:], periods, axis=0)
-    rows = np.column_stack([np.concatenate([np.empty((0, size)), *sections]), values])
-    there = placed([special.point.cycle for special in specials])
+    of_specials = [special.point.cycle for special in specials]
+    there = placed(of_specials)
     switches = [t.switches.get(at, Switch.NONE) for t in tracks for at in range(len(t.specials))]
     numbers = np.arange(len(tracks))
-    E2max = measured.energy[:, 1:] if scene.dampers else measured.energy[:, 1]
     return {
         **tables,
+        **measured(places, periods, ""),
+        **measured(*there, "special_"),
         "branch_of_point": np.repeat(numbers, [len(t.points) for t in tracks]),
         "state": section_map.states_of(places),
-        "section": section_map.states_of(rows),
-        "E1max": measured.energy[:, 0],
-        **({"E2max": E2max} if scene.damper else {}),
-        "fastest_impact": measured.strokes[:, 0],
-        "largest_force": measured.strokes[:, 1],
+        "section": sections_of(cycles),
         "switch": np.array(switches, dtype=np.int8),
         "special_branch": np.repeat(numbers, [len(t.specials) for t in tracks]),
         "special_state": section_map.states_of(there[0]),
-        "special_E1max": section_map.measure(*there).energy[:, 0],
+        "special_section": sections_of(of_specials),
     }
+
+
+def rotation_of(special: Special) -> float:
+    """Return the rotation number of a torus where it begins, from 0 to 1/2; NaN of other kinds.
+
+    It is |arg mu| / 2 pi for the pair of multipliers mu on the unit circle.
+    """
+    if special.kind != "NS":
+        return math.nan
+    mu, _ = torus_pair(special.point.cycle)
+    real, imaginary = mu.real, abs(mu.imag)
+    size, turn = math.sqrt(real * real + imaginary * imaginary), 0.25
+    for _ in range(NEWTON_STEPS):  # on sin(arg mu - 2 pi turn) = 0
+        cos, sin = cos_sin_of_turn(turn)
+        turn += (imaginary * cos - real * sin) / (2.0 * math.pi * size)
+    return float(turn)
 
 
 def _parts(multipliers: np.ndarray) -> np.ndarray:  # real and imaginary

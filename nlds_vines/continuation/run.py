@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.continuation.branch_arm import MOST_POINTS as BRANCH_POINTS
 from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.exploration import Explorer, Piece, Seed
 from nlds_vines.continuation.request import Continuation, Orbit
@@ -22,6 +23,7 @@ from nlds_vines.continuation.result import (
     scales_of,
     tables_of,
 )
+from nlds_vines.continuation.special_curves import MOST_POINTS as CURVE_POINTS
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
 from nlds_vines.engine.batch import Wanted
@@ -33,7 +35,6 @@ from nlds_vines.engine.starts import Start
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import final
-from nlds_vines.model.system import System
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
@@ -131,13 +132,11 @@ def runs_of(labels: np.ndarray) -> list[tuple[int, int]]:
 # ---- from the archive of branches ----
 
 
-def orbits_on(
-    branches: Continued, along: Interval, cell: dict[str, float]
-) -> tuple[System, dict[Orbit, str]]:
-    """Return a system and the orbits of earlier branches in an interval, with their labels.
+def orbits_on(branches: Continued, along: Interval, cell: dict[str, float]) -> dict[Orbit, str]:
+    """Return the orbits of earlier branches in an interval, with their labels.
 
     `cell` is empty or holds a value of the parameter of these branches: then the orbits are those
-    at this value, and the system has it.  Without it, the interval must be of the same parameter,
+    at this value.  Without it, the interval must be of the same parameter,
     and the point in the middle of each run of equal labels counts.
     """
     name = branches.request.along.name
@@ -152,7 +151,7 @@ def orbits_on(
             assert value is not None  # the system has what may vary
             orbit = Orbit(tuple(crossing.state.tolist()), value, crossing.period)
             orbits[orbit] = crossing.label
-        return branches.request.system.with_(**{name: cell[name]}), orbits
+        return orbits
     if along.name != name:
         raise RequestError(
             f"its branches lie along {name}: FILE.h5@{name}=VALUE says where those along "
@@ -167,7 +166,7 @@ def orbits_on(
                 value, state = float(branch.parameter[middle]), branch.states[middle]
                 orbit = Orbit(tuple(state.tolist()), value, branch.period)
                 orbits[orbit] = str(labels[middle])
-    return branches.request.system, orbits
+    return orbits
 
 
 # ---- curves of special points in the plane of two parameters ----
@@ -194,7 +193,8 @@ def curves_through(request: Continuation, specials: Sequence[Special], piece: Pi
             continue
 
         def follow(special: Special = special) -> Arrays:
-            tracer = Tracer(section_map, special.kind, low, high)
+            most = request.points or CURVE_POINTS
+            tracer = Tracer(section_map, special.kind, low, high, most=most)
             place = np.append(special.point.cycle.place, second)
             curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
             curve = curve if curve and curve.points else Curve(special.kind)
@@ -260,8 +260,16 @@ def compute(
 ) -> Tables:
     """Follow all branches and curves of a continuation, saved by `piece`; return their tables."""
     along, section_map = request.along, map_of(request)
-    bounds, limits = Bounds(along.low, along.high), (request.step, request.unstable)
-    explorer = Explorer(section_map, bounds, piece, request.doublings, *limits, falls=along.falls)
+    explorer = Explorer(
+        section_map,
+        Bounds(along.low, along.high),
+        piece,
+        request.doublings,
+        request.step,
+        request.unstable,
+        request.points or BRANCH_POINTS,
+        along.falls,
+    )
     seeds = seeds_of(request, section_map, tell)
     section_map.compile(tell)
     tracks = explorer.run(seeds)

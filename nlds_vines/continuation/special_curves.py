@@ -109,7 +109,7 @@ def augmented(kind: str, cycle: Cycle) -> Callable[[Cycle], float]:
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2  # weighted lengths along a curve
 NEARBY = 1.0e-6  # weighted difference step of the gradient of a test function
-MOST_POINTS = 400  # of a curve in one direction
+MOST_POINTS = 400  # of a curve in one direction, by default
 
 # reasons why a curve ends
 ENDS = {
@@ -143,6 +143,7 @@ class Tracer:
     touching: tuple[int, ...] = ()  # and with it
     softness: float = 0.0  # [s^2/m] depth of its free flight over its squared approach speed
     level: float = 0.0  # clearance [m] of the orbits that are followed; 0 unless bodies are rigid
+    most: int = MOST_POINTS
 
     def _closed(
         self, cycle: Cycle, weights: np.ndarray, place: np.ndarray, row: np.ndarray, level: float
@@ -212,7 +213,7 @@ class Tracer:
     def follow(self, start: Point) -> tuple[list[Point], list[Meeting], str]:
         """Follow the curve from a point along its tangent until it ends, for a reason of `ENDS`."""
         points, meetings, step = [start], list[Meeting](), FIRST_STEP
-        while len(points) < MOST_POINTS:
+        while len(points) < self.most:
             a = points[-1]
             b, ratio = self.along(a, step)
             worst = math.inf  # the factor by which the step is too long

@@ -410,8 +410,12 @@ def _draw_values(
     rows = [
         row for row in result.special_points if row.index + 1 < len(result.branches[row.branch])
     ]
-    kinds, x = [row.kind for row in rows], places.of([row.value for row in rows])
-    y = [values(result.branches[row.branch])[-1][row.index : row.index + 2].mean() for row in rows]
+    kinds, x, y = list[str](), list[float](), list[float]()
+    for row, place in zip(rows, places.of([row.value for row in rows]), strict=True):
+        for one in values(result.branches[row.branch]):
+            kinds.append(row.kind)
+            x.append(place)
+            y.append(one[row.index : row.index + 2].mean())
     return drawn + _mark(figure, kinds, x, y)
 
 

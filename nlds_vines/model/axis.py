@@ -29,7 +29,14 @@ from nlds_vines.errors import (
     table,
     whole,
 )
-from nlds_vines.model.parameters import DESCRIBED, INITIAL, PARAMETERS, RATIOS, ends_in_words
+from nlds_vines.model.parameters import (
+    DESCRIBED,
+    INITIAL,
+    PARAMETERS,
+    RATIOS,
+    ends_in_words,
+    with_unit,
+)
 
 LINEAR, LOG = "linear", "log"  # scales of a range: values at equal distances, or at equal ratios
 MOST_BYTES = 1 << 28  # of a file of samples
@@ -203,6 +210,21 @@ class Interval:
 
     def nearest(self, value: float) -> float:
         return min(max(value, self.low), self.high)
+
+    def as_stated(self, value: float) -> float:
+        """Return a value as the request states it: f in Hz, to which omega is proportional."""
+        return value if self.stated is None else value * self.stated.high / self.high
+
+    def value_in_words(self, value: float, digits: int) -> str:
+        """Return `f = 1.1717 Hz`, as the request states the parameter, with so many digits."""
+        name = (self.stated or self).name
+        return f"{name} = {with_unit(name, f'{self.as_stated(value):.{digits}g}')}"
+
+    def range_in_words(self, low: float, high: float) -> str:
+        """Return `f 0.8 to 1.4 Hz`, as the request states the parameter."""
+        name = (self.stated or self).name
+        numbers = f"{self.as_stated(low):.6g} to {self.as_stated(high):.6g}"
+        return f"{name} {with_unit(name, numbers)}"
 
 
 # ---- tables of samples --------------------------------------------------------------------------

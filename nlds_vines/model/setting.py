@@ -42,7 +42,7 @@ from nlds_vines.model.catalog import (
     read_request,
     without_hosts,
 )
-from nlds_vines.model.parameters import DESCRIBED, flat
+from nlds_vines.model.parameters import DESCRIBED, flat, setting_in_words
 from nlds_vines.model.presets import refuse_contradiction
 from nlds_vines.model.ratios import meant_by
 from nlds_vines.model.system import System
@@ -242,7 +242,8 @@ KEYS_OF: Mapping[str, frozenset[str]] = {
                         "periods")),
     "search": frozenset(
         ("method", "objective", "population", "generations", "polish", "optima", "within", "apart",
-         "seed", "seeds", "draws", "quantile", "doublings", "step", "unstable", "tolerance")
+         "seed", "seeds", "draws", "quantile", "doublings", "step", "unstable", "points",
+         "tolerance")
     ),
 }  # fmt: skip
 ELSEWHERE = {("sampling", "of"): "[record]"}  # keys that belong in another table
@@ -526,6 +527,13 @@ class Merged:
                 changed = changed.with_(**settings)
         result: Taken = changed
         return result
+
+    def set_in_words(self, system: System, free: Collection[str]) -> list[str]:
+        """Return what [set] changes in a system, `C = 0.05 m`, but no parameter in `free`."""
+        names = {name for _, layer in self.layers for name in layer.get("set", {})}
+        names |= {*meant_by(system.scene, names)}
+        names &= system.statements.keys() - {*free}
+        return [setting_in_words(name, system.statements[name]) for name in sorted(names)]
 
     def title(self, *outdated_by: str) -> str | None:
         """Return the title; None if there is none, or if changes outdate one that is in no file."""

@@ -305,6 +305,7 @@ class _Scaled(ticker.Locator):
         return [float(place) / self._factor for place in places]
 
 
+@styled()
 def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: bool = True) -> None:
     """Let the frequency axes of an archive's figure count in a unit of `UNITS`.
 

@@ -55,6 +55,7 @@ from nlds_vines.plotting.page import (
     finish,
     new_figure,
     styled,
+    styled_for,
     write_letters,
 )
 from nlds_vines.plotting.palette import damper_colors
@@ -385,9 +386,13 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
 
 
-@styled()
 def draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None = None) -> Figure:
     let_figures_be_shown()
+    with styled_for(ax):
+        return _draw_spectrum(spectrum, ax)
+
+
+def _draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None) -> Figure:
     if ax is None:
         figure, grid = new_figure(TWO_COLUMNS, [_PANEL])
         axes = figure.add_subplot(grid[0], label="spectrum")

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.files import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, choice, printable
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, count_in, into, styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, count_in, into, others_beside, styled
 from nlds_vines.runs.progress import in_notebook
 
 Drawn = TypeVar("Drawn")
@@ -51,8 +51,9 @@ class Drawing(ABC):
         """Return the figure of the archive at a path, on the default page; see `figure`."""
         let_figures_be_shown()
         with read(path) as view:
+            there = others_beside(ax)
             figure = drawn(view, lambda opened: self.figure(opened, show, ax=ax))
-            count_in(figure, None, view)
+            count_in(figure, None, view, others=there)
             return figure
 
     def save(

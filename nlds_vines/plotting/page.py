@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from math import ceil, floor, log10
@@ -71,14 +71,14 @@ def page_of(columns: object) -> Page:
 
 
 @contextmanager
-def styled() -> Iterator[None]:
-    """Draw with `style.STYLE`, unless the user has set something else; also a decorator.
+def styled(settings: Mapping[Any, Any] = STYLE) -> Iterator[None]:
+    """Draw with `settings`, unless the user has set something else; also a decorator.
 
     Settings that differ from matplotlib's defaults come from the user's `matplotlibrc`, style sheet
     or `rcParams` and stay.  Characters that no font has are drawn as boxes.
     """
     usual = matplotlib.rcParamsDefault
-    ours = {k: v for k, v in STYLE.items() if matplotlib.rcParams[k] == usual[k]}
+    ours = {k: v for k, v in settings.items() if matplotlib.rcParams[k] == usual[k]}
     with matplotlib.rc_context(ours), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
@@ -100,11 +100,26 @@ def sheet(style: str | None) -> AbstractContextManager[None]:
     return sheets.context(style)
 
 
+_OF_LETTERS = ("font.family", "mathtext.fontset")
+
+
+def styled_for(ax: Axes | None) -> AbstractContextManager[None]:
+    """Return the context to draw into a user's axes, whose letters stay, or on a page of ours."""
+    if ax is None:
+        return styled()
+    return styled({name: value for name, value in STYLE.items() if name not in _OF_LETTERS})
+
+
 def into(ax: Axes, fill: Callable[[], None]) -> Figure:
     """Call `fill`, which draws into axes, and return their outermost figure."""
-    with styled():
+    with styled_for(ax):
         fill()
     return figure_of(ax)
+
+
+def others_beside(ax: Axes | None) -> list[Axes]:
+    """Return the axes of a user's figure but for those that are drawn into."""
+    return [] if ax is None else [axes for axes in figure_of(ax).axes if axes is not ax]
 
 
 def figure_of(axes: Axes) -> Figure:
@@ -305,9 +320,33 @@ class _Scaled(ticker.Locator):
         return [float(place) / self._factor for place in places]
 
 
+class _ScaledNumbers(ticker.Formatter):
+    """The numbers of ticks times a factor, all with as many decimals as one of them needs."""
+
+    def __init__(self, factor: float) -> None:
+        self._factor = factor
+
+    def __call__(self, value: float, pos: int | None = None) -> str:
+        return f"{value * self._factor:.6g}"
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        texts = [self(value) for value in values]
+        if any("e" in text for text in texts):
+            return texts
+        decimals = max((len(text.partition(".")[2]) for text in texts), default=0)
+        return [f"{value * self._factor:.{decimals}f}" for value in values]
+
+
 @styled()
-def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: bool = True) -> None:
-    """Let the frequency axes of an archive's figure count in a unit of `UNITS`.
+def count_in(
+    figure: Figure,
+    unit: str | None,
+    view: ArchiveView,
+    *,
+    strict: bool = True,
+    others: Collection[Axes] = (),
+) -> None:
+    """Let the frequency axes of an archive's figure, but for `others`, count in a unit of `UNITS`.
 
     None is the unit of the request.  Raises `RequestError` for a ratio unless the archive has one
     frequency of the structure and, if `strict`, for a unit of a figure without such an axis.
@@ -316,7 +355,8 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
     unit = frequency_unit(unit, parse_toml(view.text("scan"), "the attribute scan"))
     # the axes labeled as omega, each with all axes in its direction
     whole, labeled = axis_label("omega"), []
-    for along in ([frame.xaxis for frame in figure.axes], [frame.yaxis for frame in figure.axes]):
+    frames = [axes for axes in figure.axes if axes not in others]
+    for along in ([frame.xaxis for frame in frames], [frame.yaxis for frame in frames]):
         for axis in along:
             if axis.get_label_text() in (whole, whole.rpartition("force ")[2]):
                 labeled.append((axis, along))
@@ -345,7 +385,7 @@ def count_in(figure: Figure, unit: str | None, view: ArchiveView, *, strict: boo
                 is_linear = other.get_scale() == "linear"
                 ticks = ticker.AutoLocator() if is_linear else _WrittenOut(other)
                 other.set_major_locator(_Scaled(ticks, factor))
-                other.set_major_formatter(lambda value, _: f"{value * factor:.6g}")
+                other.set_major_formatter(_ScaledNumbers(factor))
                 other.set_minor_formatter(ticker.NullFormatter())
     spec = figure.axes[0].get_subplotspec()
     if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine) and spec is not None:

@@ -147,7 +147,7 @@ def plot(
     >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
     from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
-    from nlds_vines.plotting.page import count_in, page_of, sheet
+    from nlds_vines.plotting.page import count_in, others_beside, page_of, sheet
 
     let_figures_be_shown()
     page = page_of(columns)
@@ -168,8 +168,9 @@ def plot(
             )
         if others and view.content != RESPONSE_HISTORY:
             raise RequestError(f"{view.path} holds a {view.content}: no branches are drawn over it")
+        there = others_beside(ax)
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
-        count_in(figure, frequency, view)
+        count_in(figure, frequency, view, others=there)
         if others:
             from nlds_vines.upkeep.branches_picture import draw_branches
 

@@ -142,6 +142,20 @@ def test_what_users_set_in_matplotlib_stays(small, error_of):
     assert re.search("style 'nosuch' is no file; allowed: .*ggplot", line)
 
 
+def test_a_panel_in_the_users_figure_leaves_the_others_and_has_the_users_letters(small):
+    figure = Figure()
+    one, other = figure.subplots(1, 2)
+    nv.plot(small, "E1max", ax=one)
+    usual = matplotlib.rcParamsDefault["font.family"]
+    axes = {"f": {"start": 0.9, "stop": 1, "num": 5}, "C": {"start": 0.05, "stop": 0.1, "num": 5}}
+    of_regimes = nv.scan("ssul-set6", vary=axes, sampling=SHORT, record=RECORD, quiet=True)
+    nv.plot(of_regimes, "regimes", ax=other)
+    assert "omega" in one.get_xlabel()
+    assert "[Hz]" in other.get_xlabel()
+    assert other.texts
+    assert {text.get_fontfamily()[0] for text in other.texts} == {*usual}
+
+
 def test_plot_draws_or_lists_quantities(small, tmp_path, answer, refusal, ask):
     picture = tmp_path / "v.pdf"
     ask("plot", small, "--show", "v1", "-o", picture)
@@ -246,6 +260,9 @@ def test_ticks_stand_at_round_numbers_of_the_unit(small, unit, factor, words):
     texts = [frame.xaxis.get_major_formatter()(tick) for tick in shown]
     assert np.array(texts, float) == pytest.approx(factor * np.array(shown), rel=1e-5)
     assert all(len(text) <= 5 for text in texts)
+    written = [label.get_text() for label in frame.get_xticklabels() if label.get_text()]
+    assert len({len(text.partition(".")[2]) for text in written}) == 1  # 0.90, 0.95, 1.00
+    assert frame.get_xticklabels()[0].get_fontsize() == usual.get_xticklabels()[0].get_fontsize()
 
 
 def test_what_has_no_axis_of_the_frequency_is_refused_and_panels_share_its_ticks(small, error_of):

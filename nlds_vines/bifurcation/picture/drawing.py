@@ -35,6 +35,7 @@ from nlds_vines.plotting.page import (
     into,
     new_figure,
     styled,
+    styled_for,
     write_letters,
 )
 from nlds_vines.plotting.palette import ink_of, ordered, patch_look, short
@@ -189,7 +190,8 @@ class ScanPicture(Drawing):
         if show == choices.BASINS and without:
             raise RequestError(f"{view.path}: show = {show!r}: {without}")
         if show == choices.BASINS or (show is None and plain and not without):
-            return draw_basins(view, page, ax)
+            with styled_for(ax):
+                return draw_basins(view, page, ax)
         if not choices.is_map(values):
             if self.manifold:
                 raise RequestError(
@@ -202,7 +204,8 @@ class ScanPicture(Drawing):
         chosen = choices.usual_show(recorded, labeled) if show is None else show
         if chosen is None:
             raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
-        return regime_map(view, chosen, page, self.manifold, ax)
+        with styled_for(ax):
+            return regime_map(view, chosen, page, self.manifold, ax)
 
 
 PICTURE = ScanPicture()  # what draws the archive of a scan

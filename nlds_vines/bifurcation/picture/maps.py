@@ -51,7 +51,6 @@ from nlds_vines.plotting.page import (
     finish,
     new_figure,
     size_of,
-    styled,
     text_width,
     write_letters,
     write_out_ticks,
@@ -64,7 +63,6 @@ _CHAOTIC = "reached through chaos"
 _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
 
 
-@styled()
 def regime_map(
     view: ArchiveView, show: str, page: Page, manifold: bool = False, ax: Axes | None = None
 ) -> Figure:
@@ -476,7 +474,6 @@ def _parameters(view: ArchiveView) -> list[str]:
     return [name for name in view.axes if name not in INITIAL]
 
 
-@styled()
 def draw_basins(view: ArchiveView, page: Page = TWO_COLUMNS, ax: Axes | None = None) -> Figure:
     """Return the figure of a scan's basins: a map, shares along a parameter, or both."""
     varied, has_map = _parameters(view), len(view.axes) == 2

@@ -68,7 +68,7 @@ def state_scales(count: int) -> Iterator[Scale]:
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
-OF = "displacement whose response is recorded; a-b: that of a minus that of b"
+OF = "displacement that is recorded; a-b: that of a minus that of b"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "spectra_agree": KEPT,

@@ -162,7 +162,10 @@ class Computer:
 
             self.ends = OrbitEnds(scan, wanted, tell, helped=helped)
         self._engine = engine_for(scan.system)
-        self.kernels = self._engine.runner(wanted, tell, of=scan.of, helped=helped)
+        # of the displacements whose amplitudes are recorded
+        self._rows = [scan.system.displacement(name)[0] for name in scan.of]
+        of = scan.of if "response" in scan.want else ()
+        self.kernels = self._engine.runner(wanted, tell, of=of, helped=helped)
         self._traced: Kernels | None = None  # for the states of spectra, which hosts do not have
         if scan.spectral is not None:
             self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
@@ -228,8 +231,11 @@ class Computer:
                 if "reduction" in datasets:  # without a force nothing can be reduced: NaN
                     arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(chains)
                 if "modulation" in scan.want:
-                    section = buffers.section[:, :, -scan.periods :]
-                    arrays |= records.modulation_of(section, chains["omega"], buffers.counts)
+                    section, omega = buffers.section[:, :, -scan.periods :], chains["omega"]
+                    if self._rows:
+                        arrays |= records.amplitudes_of_rows(self._rows, section, omega)
+                    else:
+                        arrays |= records.modulation_of(section, omega, buffers.counts)
             if buffers.response is not None:
                 arrays |= self.kernels.responses(outputs, chains)
             if buffers.cycle is not None:

@@ -134,6 +134,35 @@ CAPTURE_FLAGS: Mapping[str, int] = {
 }  # fmt: skip
 
 
+def amplitudes_of(x: np.ndarray, v: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the datasets of the amplitude sqrt(x^2 + (v / omega)^2) by name, arrays (...).
+
+    x and v (..., periods) are a displacement [m] and its rate in the section; omega (...) [rad/s].
+    """
+    rate = v / omega[..., np.newaxis]
+    amplitude = np.sqrt(x * x + rate * rate)
+    least = amplitude.min(axis=-1)
+    largest = amplitude.max(axis=-1)
+    ratio = np.divide(least, largest, out=np.ones_like(least), where=largest > 0.0)
+    return {"amplitude_min": least, "amplitude_max": largest, "amplitude_ratio": ratio}
+
+
+def amplitudes_of_rows(
+    rows: Sequence[np.ndarray], section: np.ndarray, omega: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return `amplitudes_of` displacements w X with the `rows` w, arrays (..., displacements)."""
+    columns: dict[str, list[np.ndarray]] = {}
+    for row in rows:
+        x = np.zeros(section.shape[:-1])
+        v = np.zeros(section.shape[:-1])
+        for j, weight in enumerate(row.tolist()):
+            x = x + weight * section[..., 2 * j]
+            v = v + weight * section[..., 2 * j + 1]
+        for name, values in amplitudes_of(x, v, omega).items():
+            columns.setdefault(name, []).append(values)
+    return {name: np.stack(values, axis=-1) for name, values in columns.items()}
+
+
 def modulation_of(
     section: np.ndarray, omega: np.ndarray, counts: np.ndarray
 ) -> dict[str, np.ndarray]:
@@ -144,13 +173,11 @@ def modulation_of(
     (..., periods, components) of the sampled periods; `omega` (...) [rad/s]; `counts` (..., 3),
     impacts at either wall and the periods with two of them.
     """
-    x, v = section[..., 0], section[..., 1] / omega[..., np.newaxis]
-    amplitude, periods = np.sqrt(x * x + v * v), section.shape[-2]
+    periods = section.shape[-2]
     rate = counts[..., :2].sum(axis=-1) / periods
     conditions = [rate == 0.0, rate < CAPTURED, rate <= MOST_CAPTURED]
     return {
-        "amplitude_min": amplitude.min(axis=-1),
-        "amplitude_max": amplitude.max(axis=-1),
+        **amplitudes_of(section[..., 0], section[..., 1], omega),
         "two_impacts": counts[..., 2] / periods,
         "capture": np.select(conditions, [0, 1, 2], 3),
     }

@@ -200,6 +200,7 @@ _PHASES = "phase of {by} at the touch of each impact, omega t from 0 to 2 pi"
 _HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
 _MISS = "least distance of a local approach that did not become an impact; inf if there was none"
 _AMPLITUDE = "{} amplitude of the {{body}}, sqrt({{x}}^2 + ({{v}} / omega)^2) at t = nT"
+_RATIO = "amplitude_min / amplitude_max: 1 if steady, near 0 if strongly modulated,"
 _STATE = "m, m/s"
 
 OF_SIGNALS = "{signals}"  # the unit of a quantity that has the unit of its spectrum's signal
@@ -322,6 +323,20 @@ QUANTITIES = (
         dims=("impact",), buffer="touches",
         of=lambda touches: np.nan_to_num(touches[..., AT_WALL], nan=-1.0).astype(np.int8),
     ),
+    *(
+        Quantity(
+            name, unit, f"{words} of each displacement x that is recorded, with its rate v",
+            ("modulation",), label, has=_has_owners, dims=("displacement",),
+            drawn=(MAPS, CURVES) if unit == "1" else (CURVES,),
+        )
+        for name, unit, words, label in (
+            ("amplitude_min", "m", "smallest amplitude sqrt(x^2 + (v / omega)^2) at t = nT",
+             "smallest amplitude"),
+            ("amplitude_max", "m", "largest amplitude sqrt(x^2 + (v / omega)^2) at t = nT",
+             "largest amplitude"),
+            ("amplitude_ratio", "1", _RATIO, "smallest over largest amplitude"),
+        )
+    ),
     Quantity(
         "amplitude_min", "m", _AMPLITUDE.format("smallest"), ("modulation",), "smallest amplitude",
         has=_driven, drawn=(CURVES,),
@@ -338,6 +353,10 @@ QUANTITIES = (
         "capture",
         "response by impacts a period: sustained 1:1 from 1.99 to 2.01, strongly modulated below",
         ("modulation",), -1, has=lambda scene: _driven(scene) and _two_walls(scene),
+    ),
+    Quantity(
+        "amplitude_ratio", "1", f"{_RATIO} of the {{body}}", ("modulation",),
+        "smallest over largest amplitude", has=_driven, drawn=(MAPS, CURVES),
     ),
     Quantity(
         "clearance", "m", _MISS, ("clearance",), "smallest near miss", "z_min", _walls,

@@ -358,7 +358,7 @@ class HostScene(Scene):
     has_symbols: bool = False
     has_times_of_records: bool = True
     unrecorded: tuple[str, ...] = (
-        "modulation", "peak", "clearance", "spectrum", "lines", "broadband",
+        "peak", "clearance", "spectrum", "lines", "broadband",
     )  # fmt: skip
     may_be_empty: tuple[str, ...] = ("impacts",)
     methods: tuple[str, ...] = ("exact",)

@@ -445,10 +445,17 @@ class System(Outlined):
         """Return the quantities of a response to a load that have a closed form, by name."""
         raise NotImplementedError
 
+    def displacement(self, name: str) -> tuple[np.ndarray, float]:
+        """Return the row of a displacement, and its value when the ground moves by 1.
+
+        Raises `RequestError` for an unknown name, and always for one of the paper's kinds.
+        """
+        raise NotImplementedError
+
     def displacements(
         self, names: Sequence[str] = (), records: Collection[str] = ("response",)
     ) -> tuple[str, ...]:
-        """Return the names of displacements whose response is recorded, checked.
+        """Return the names of displacements whose response or amplitudes are recorded, checked.
 
         By default the degrees of freedom that dampers hang on; all of them if there are no dampers.
         None of one of the paper's kinds, whose response is x1_max and others by the paper's
@@ -1148,6 +1155,8 @@ _SIGNALS = {
 """The signals of degrees of freedom and dampers, by key."""
 
 
+OF_DISPLACEMENTS = {"response", "modulation"}  # the records of displacements by name
+
 NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
@@ -1659,7 +1668,7 @@ class General(System):
         self, names: Sequence[str] = (), records: Collection[str] = ("response",)
     ) -> tuple[str, ...]:
         names = (names,) if isinstance(names, str) else tuple(names)
-        if "response" not in records:
+        if OF_DISPLACEMENTS.isdisjoint(records):
             if names:
                 raise RequestError(f"of = {shown(list(names))}: the response is not recorded")
             return ()

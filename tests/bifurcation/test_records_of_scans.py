@@ -180,13 +180,16 @@ def test_a_soft_wall_has_the_square_root_alone():
     assert fitted == pytest.approx(0.5, abs=2e-5)
 
 
+RECORDED = ("amplitude_min", "amplitude_max", "amplitude_ratio", "two_impacts")
+
+
 def recorded_modulation(clearance, omega, start):
     """Return the arrays (omega, starts) of a scan of `vi-nes` over omega, by name."""
     sampling = {"changes": {"C": clearance, "D": clearance}, "transient": 1500, "periods": 400}
     scan = scan_of("vi-nes", ["modulation", "impacts"], {"omega": omega}, start, **sampling)
     with nv.scan(scan, quiet=True).read() as view:
         words = view.flags("capture")
-        arrays = {name: view[name] for name in ("amplitude_min", "amplitude_max", "two_impacts")}
+        arrays = {name: view[name] for name in RECORDED}
         captured = np.vectorize(words.get)(view["capture"])
         return arrays | {"rate": view["impact_rate"], "capture": captured}
 
@@ -212,6 +215,8 @@ def test_beyond_the_best_clearance_there_is_no_sustained_motion():
     assert set(arrays["capture"].ravel()) == {"no_impacts", "strongly_modulated"}
     assert (arrays["rate"][2:] > 0.5).all()
     strong = arrays["capture"] == "strongly_modulated"
+    ratio = arrays["amplitude_min"] / arrays["amplitude_max"]
+    np.testing.assert_allclose(arrays["amplitude_ratio"], ratio, rtol=1e-15)
     assert (arrays["two_impacts"][strong] < 0.9).all()
     assert (arrays["amplitude_min"][strong] < 0.1 * arrays["amplitude_max"][strong]).all()
     low, high = (arrays[name][~strong] for name in ("amplitude_min", "amplitude_max"))

@@ -47,6 +47,38 @@ def scan_of(axes, want=WANT, start=REST, system=RIGID, **settings):
     return Scan("frame", system, axes, want, start, **SPAN | settings)
 
 
+def test_the_modulation_of_displacements_is_that_of_the_section():
+    scan = scan_of({"omega": [12.0, 12.6]}, ("modulation",), of=["roof", "roof-floor1"])
+    arrays = computed(scan)
+    assert scan.table.datasets["amplitude_ratio"].tail == ("displacement",)
+    assert not {"two_impacts", "capture"} & arrays.keys()
+    for i, omega in enumerate((12.0, 12.6)):
+        section = nv.simulate(RIGID.with_(omega=omega), 30, transient=40, quiet=True).section
+        roof, below = section[:, 4:6], section[:, 0:2]
+        for j, motion in enumerate((roof, roof - below)):
+            sizes = np.hypot(motion[:, 0], motion[:, 1] / omega)
+            assert arrays["amplitude_min"][i, 0, j] == pytest.approx(sizes.min(), rel=1e-13)
+            assert arrays["amplitude_max"][i, 0, j] == pytest.approx(sizes.max(), rel=1e-13)
+            ratio = sizes.min() / sizes.max()
+            assert arrays["amplitude_ratio"][i, 0, j] == pytest.approx(ratio, rel=1e-13)
+
+
+def test_a_steady_motion_has_the_ratio_one_and_beats_have_that_of_their_amplitudes():
+    """Undamped, x = A cos(omega t) + (x0 - A) cos(omega_0 t), in the section over long times."""
+    host, omega = nv.chain([1.0], [1.0]), np.sqrt(1.7)
+    system = nv.System.from_host(host, force={"x1": 1.0}, omega=omega)
+    A = 1.0 / (1.0 - omega**2)
+    steady = scan_of({"omega": [omega]}, ("modulation",), Start("state", state=(A, 0.0)), system)
+    assert computed(steady)["amplitude_ratio"][0, 0] == pytest.approx(1.0, abs=1e-8)
+    free = -2.0 * A
+    start = Start("state", state=(A + free, 0.0))
+    beating = scan_of({"omega": [omega]}, ("modulation",), start, system, periods=2000)
+    angle = np.linspace(0.0, 2 * np.pi, 100_001)
+    sizes = np.hypot(A + free * np.cos(angle), free * np.sin(angle) / omega)
+    ratio = sizes.min() / sizes.max()
+    assert computed(beating)["amplitude_ratio"][0, 0] == pytest.approx(ratio, abs=1e-4)
+
+
 def test_a_cell_is_an_orbit_of_simulate():
     scan = scan_of({"omega": [12.0, 12.6], "a.gap": [0.006, 0.012]})
     arrays = computed(scan)

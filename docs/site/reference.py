@@ -29,7 +29,7 @@ from nlds_vines.continuation.result import datasets_of as of_branches
 from nlds_vines.engine.records import STATUS, WANTS, spectral
 from nlds_vines.engine.spectrum import SpectralRecords
 from nlds_vines.engine.starts import Start
-from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.request import Beside, HistoryRequest
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.loads.record import RecordFile
@@ -258,7 +258,7 @@ REQUESTS: Mapping[str, tuple[type, ...]] = {
     "tuning": (Tuning, Search, Surface, HistoryRequest, Loading, *ALL.values(), RecordFile),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
-    "response history": (HistoryRequest, Loading, *ALL.values(), RecordFile),
+    "response history": (HistoryRequest, Beside, Loading, *ALL.values(), RecordFile),
 }
 """The kinds of request files, and what describes their keys."""
 

@@ -13,7 +13,13 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import add_run_options
 from nlds_vines.errors import RequestError, at, from_text, table, unknown
-from nlds_vines.loads.request import HistoryRequest, Source, load_response_history, load_table
+from nlds_vines.loads.request import (
+    Beside,
+    HistoryRequest,
+    Source,
+    load_response_history,
+    load_table,
+)
 from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
@@ -79,7 +85,9 @@ def response_history(
         Tables of a request file, which override the source: `load`, a table, the path of a
         record, or a suite, a list of paths or a folder; `set={"c1": 100.0}`;
         `start={"state": (0.1, 0.0, 0.0, 0.0)}`; `sampling`; `vary` makes a scan. For a host, `of`
-        names the displacements to report, such as "roof", a damper's mass "cell" or "roof-floor2".
+        names the displacements to report, such as "roof", a damper's mass "cell" or "roof-floor2";
+        `heights=3.5` are those of its storeys [m], for drift ratios. `beside=["alone", "tmd"]`
+        compares with the structure alone and with a tuned mass damper of the same mass.
         `samples` (arrays, a DataFrame or a CSV file, in each row one set of parameters or numbers
         of the load) makes a scan over the dimension `sample`.
 
@@ -111,12 +119,16 @@ def response_history(
     if tables.get("samples") is not None:
         tables["samples"] = samples_of(tables["samples"]).columns
     above = dict(tables)
-    if (of := above.pop("of", None)) is not None:
+    for name in ("of", "beside", "heights"):
+        value = above.pop(name, None)
+        if value is None:
+            continue
+        is_text = isinstance(value, str)
         record = table("record", above.get("record", {}))
-        above["record"] = {**record, "of": [of] if isinstance(of, str) else of}
-    for key, name, value in (("load", "impulse", impulse), ("sampling", "duration", duration)):
-        if value is not None:
-            above[key] = {**table(key, above.get(key, {})), name: value}
+        above["record"] = {**record, name: [value] if is_text else value}
+    for key, name, number in (("load", "impulse", impulse), ("sampling", "duration", duration)):
+        if number is not None:
+            above[key] = {**table(key, above.get(key, {})), name: number}
     request = load_response_history(source, above, _NAME)
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: ResponseHistories | LoadScan = Job.compute(request, source, to, how)
@@ -203,7 +215,7 @@ main = commands.of_task(
     Job,
     ("HISTORY.toml", SOURCE),
     (SYSTEMS, SET, VARY, SAMPLES, LOAD),
-    (Loading, HistoryRequest),
+    (Loading, HistoryRequest, Beside),
     add_run=partial(add_run_options, threads=False),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,

@@ -12,9 +12,17 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import NOT_COMPUTED
 from nlds_vines.loads.request import LOAD, HistoryRequest, axis_words
 from nlds_vines.model.axis import SAMPLE, sample_scale
-from nlds_vines.model.quantities import HISTORIES, OF_LOADS, TOUCH_COLUMNS, Quantity
+from nlds_vines.model.quantities import (
+    DRIFT_RATIOS,
+    HISTORIES,
+    OF_LOADS,
+    TOUCH_COLUMNS,
+    Quantity,
+)
 from nlds_vines.model.system import System
 from nlds_vines.runs.store import Arrays
+
+SENSITIVE = "sensitive"  # the dataset that says whether round-off changes the number of impacts
 
 
 def owners_of(request: HistoryRequest) -> dict[str, tuple[str, ...]]:
@@ -25,10 +33,12 @@ def owners_of(request: HistoryRequest) -> dict[str, tuple[str, ...]]:
     """
     systems = request.systems
     rows = request.of
+    storeys = tuple(request.heights)
     if not rows:
         rows = tuple(row for one in systems if one.owning_dampers for row in one.displacements())
     if not rows:
         rows = next((one.displacements() for one in systems if one.displacements()), ())
+    rows = (*rows, *storeys)
     dampers: tuple[str, ...] = ()
     if any(one.owning_dampers for one in systems):
         dampers = tuple(name for one in systems for name in one.damper_names)
@@ -65,6 +75,8 @@ def names_of_numbers(request: HistoryRequest) -> dict[str, tuple[str, int | None
     for entry in OF_LOADS:
         if not any(entry.has(system.scene) for system in request.systems):
             continue
+        if entry.name in DRIFT_RATIOS and not request.heights:
+            continue
         if not entry.dims or (with_symbols and entry.dims == ("damper",) and not owners["damper"]):
             names[entry.name] = entry.name, None
             continue
@@ -72,6 +84,8 @@ def names_of_numbers(request: HistoryRequest) -> dict[str, tuple[str, int | None
         for column, owner in enumerate(owners[dim]):
             if dim == "damper" and owner in by_symbol:
                 names[entry.name] = entry.name, column
+            if entry.name in DRIFT_RATIOS and owner not in request.heights:
+                continue
             if owner in named[dim]:
                 names[f"{owner}.{entry.name}"] = entry.name, column
     return names
@@ -104,6 +118,17 @@ def in_columns(request: HistoryRequest, system: System, arrays: Arrays) -> dict[
         touches[:, damper] = np.array(places["damper"])[touches[:, damper].astype(int)]
         columns["touches"] = touches
     return columns
+
+
+def with_drift_ratios(request: HistoryRequest, arrays: Arrays) -> Arrays:
+    """Return the datasets of orbits with the drift ratios of storeys, if heights are given."""
+    if not request.heights or "x_max" not in arrays:
+        return arrays
+    names = owners_of(request)["displacement"]
+    heights = np.array([request.heights.get(name, np.nan) for name in names])
+    ratios = arrays["x_max"] / heights
+    largest = np.fmax.reduce(ratios, axis=1)
+    return {**arrays, "drift_ratio": ratios, "drift_ratio_max": largest}
 
 
 def contents(
@@ -152,6 +177,10 @@ def contents(
             (Dataset.real(f"impact_{name}", ("contact",), *column), values)
             for (name, column), values in zip(columns.items(), touches.T, strict=True)
         ]
+    if SENSITIVE in arrays:
+        words = "1 if loads larger by 1e-12 of themselves give other numbers of impacts; -1: none"
+        sensitive = Dataset(SENSITIVE, dims, "int8", "1", words, -1)
+        datasets.append((sensitive, arrays[SENSITIVE].reshape(shape)))
     status = Dataset("status", dims, "int8", "1", "how an orbit ended", NOT_COMPUTED, STATUS_FLAGS)
     datasets.append((status, arrays["status"].reshape(shape)))
     for name, values in request.columns.items() if request.sampled else ():

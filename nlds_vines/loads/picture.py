@@ -40,7 +40,8 @@ from nlds_vines.loads.result import (
     histories_in,
     shares_of,
 )
-from nlds_vines.model.loads.courses import Sweep
+from nlds_vines.loads.units import Shown, shown_in
+from nlds_vines.model.loads.courses import G, Sweep
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import ERROR, HISTORIES, SHARES, WAYS, of_load
 from nlds_vines.model.system import System
@@ -180,7 +181,7 @@ def fill(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw one panel into `axes`; of several maps, that of the first system."""
     results = _drawable(view)
     if isinstance(results, LoadScan) and len(results.request.vary) == 2:
-        axes.figure.colorbar(_map(axes, results, name, 0), ax=axes, label=_label(name))
+        axes.figure.colorbar(_map(axes, results, name, 0), ax=axes, label=_label(results, name))
     else:
         _draw_panel(axes, results, name)
         if name == "shares":
@@ -270,11 +271,14 @@ def _history(axes: Axes, histories: ResponseHistories, name: str) -> None:
     """Draw a history of a displacement or of a damper by its name."""
     owner, _, kind = name.rpartition(".")
     entry = HISTORIES[kind]
+    factor, unit = 1.0, entry.unit
+    if unit == "m/s^2" and histories.request.load.shaken:
+        factor, unit = 1.0 / G, "g"
     for _, history, look in _each(histories):
         by_owner = getattr(history, kind)
         if isinstance(by_owner, Mapping) and np.isfinite(by_owner[owner]).any():
-            axes.plot(history.time, by_owner[owner], **look)
-    axes.set_ylabel(labeled(f"{entry.label} of {owner}", "", entry.unit))
+            axes.plot(history.time, by_owner[owner] * factor, **look)
+    axes.set_ylabel(labeled(f"{entry.label} of {owner}", "", unit))
 
 
 def _damper(axes: Axes, histories: ResponseHistories) -> None:
@@ -368,13 +372,15 @@ def _peaks(axes: Axes, histories: ResponseHistories) -> None:
     for name in names:
         one = [peak for peak in peaks if peak.quantity == name]
         base = next((peak.value for peak in one if 0.0 < peak.value < math.inf), 1.0)
+        values = [peak.value for peak in one]
+        factor, unit = shown_in(name, values, histories.request.load.shaken)
         middles.append(place + 0.5 * height * (len(one) - 1))
         for peak in one:
             look = looks[peak.system]
             length = peak.value / base if peak.value < math.inf else 0.0
             axes.barh(place, length, height, color=look["color"], label=look["label"])
             look["label"] = None
-            text = f" {peak.value:.3g} {raised(peak.unit)}"
+            text = f" {factor * peak.value:.3g} {raised(unit)}"
             axes.annotate(text, (length, place), va="center", fontsize=7)
             place += height
         place += 1.0 - _GROUP
@@ -414,10 +420,14 @@ def _draw_spectrum(spectrum: ResponseSpectrum, ax: Axes | None) -> Figure:
 # ---- scans ---------------------------------------------------------------------------------------
 
 
+def _shown(scan: LoadScan, name: str) -> Shown:
+    return shown_in(name, scan.numbers[name], scan.request.load.shaken)
+
+
 def _values(scan: LoadScan, name: str) -> np.ndarray:
-    """Return a quantity of all orbits as floats, NaN where it is missing."""
+    """Return a quantity of all orbits as floats in its shown unit, NaN where it is missing."""
     values = scan.numbers[name]
-    return np.where(values == of_load(name).fill, np.nan, values)
+    return np.where(values == of_load(name).fill, np.nan, values * _shown(scan, name).factor)
 
 
 def _present(scan: LoadScan, name: str) -> np.ndarray:
@@ -430,15 +440,16 @@ def _medians(scan: LoadScan, name: str) -> np.ndarray:
     """Return a quantity over systems and axes: of a suite the median over its records."""
     if not scan.loads:
         return _values(scan, name)
-    medians = scan.over_records(name)
+    medians = scan.over_records(name) * _shown(scan, name).factor
     return np.where(np.isfinite(medians), medians, np.nan)
 
 
 def _records(axes: Axes, scan: LoadScan, name: str) -> None:
     """Draw a quantity under each record of a suite as dots, with median and 84 % quantile."""
     values = _values(scan, name)
-    medians = scan.over_records(name)
-    quantiles = scan.over_records(name, QUANTILE)
+    factor = _shown(scan, name).factor
+    medians = factor * scan.over_records(name)
+    quantiles = factor * scan.over_records(name, QUANTILE)
     count = len(scan.loads)
     looks = [look for _, look in _looks(scan.request)]
     step = 0.5 / len(looks)
@@ -460,7 +471,7 @@ def _records(axes: Axes, scan: LoadScan, name: str) -> None:
         axes.set_xticks(range(count), names, rotation=30.0, ha="right", fontsize=8)
     else:
         axes.set_xlabel("record")
-    axes.set_ylabel(_label(name))
+    axes.set_ylabel(_label(scan, name))
     axes.set_ylim(0.0 if np.nanmin(values) >= 0.0 else None, None)
 
 
@@ -488,7 +499,7 @@ def _maps(scan: LoadScan, shown: Sequence[str], page: Page) -> Figure:
                 axes.tick_params(labelleft=False)
                 axes.set_ylabel("")
         figure.colorbar(
-            meshes[0], ax=row, label=_label(name), pad=0.02, fraction=0.06, aspect=20 * rows
+            meshes[0], ax=row, label=_label(scan, name), pad=0.02, fraction=0.06, aspect=20 * rows
         )
         places += row
     write_letters(places)
@@ -500,6 +511,7 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
     request = scan.request
     (axis,) = request.vary
     words: str | None = "in closed form"
+    factor = _shown(scan, name).factor
     pairs = zip(_looks(request), _values(scan, name), strict=True)
     for i, ((_, look), values) in enumerate(pairs):
         if scan.loads:
@@ -510,14 +522,14 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
         exact = []
         for j in range(0 if request.state else axis.values.size):
             system, load = request.case(i * axis.values.size + j)
-            exact.append(system.closed_form(load).get(name, np.nan))
+            exact.append(system.closed_form(load).get(name, np.nan) * factor)
         if np.isfinite(exact).any():
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
     if scan.loads:
         axes.plot([], [], color=GRAY, linewidth=1.0, label="median")
         axes.plot([], [], color=GRAY, linewidth=1.0, linestyle="dotted", label="84 % quantile")
-    axes.set(xlabel=_axis(request, axis.name), ylabel=_label(name))
+    axes.set(xlabel=_axis(request, axis.name), ylabel=_label(scan, name))
     if logarithmic(axis.values):
         axes.set_xscale("log")
     if of_load(name).scale == ERROR:
@@ -529,10 +541,11 @@ def _quantiles(axes: Axes, scan: LoadScan, name: str, number: int, look: Mapping
     (axis,) = scan.request.vary
     for row in _values(scan, name)[number]:
         axes.plot(axis.values, row, color=look["color"], linewidth=0.5, alpha=0.3)
-    median = scan.over_records(name)[number]
+    factor = _shown(scan, name).factor
+    median = factor * scan.over_records(name)[number]
     if np.isfinite(median).any():
         axes.plot(axis.values, median, **{**look, "linestyle": "solid"})
-        above = scan.over_records(name, QUANTILE)[number]
+        above = factor * scan.over_records(name, QUANTILE)[number]
         axes.plot(axis.values, above, **{**look, "linestyle": "dotted", "label": None})
 
 
@@ -558,10 +571,11 @@ def _samples(axes: Axes, scan: LoadScan, name: str) -> None:
         else:
             axes.stairs(np.histogram(ascending, bins)[0] / size, bins, **look)
     if other in columns:
-        axes.set(xlabel=_axis(scan.request, other), ylabel=_label(name))
+        axes.set(xlabel=_axis(scan.request, other), ylabel=_label(scan, name))
     else:
         axes.set(
-            xlabel=_label(name), ylabel="share of samples above" if other else "share of samples"
+            xlabel=_label(scan, name),
+            ylabel="share of samples above" if other else "share of samples",
         )
         if other:
             axes.set_yscale("log")
@@ -598,9 +612,9 @@ def _axis(request: HistoryRequest, name: str) -> str:
     return labeled(words, "", unit)
 
 
-def _label(name: str) -> str:
+def _label(scan: LoadScan, name: str) -> str:
     entry = of_load(name)
-    return labeled(entry.label, in_latex(entry.symbol), entry.unit)
+    return labeled(entry.label, in_latex(entry.symbol), _shown(scan, name).unit)
 
 
 _FILL: Mapping[str, Callable[[Axes, ResponseHistories], None]] = {

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import product
+from itertools import pairwise, product
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,6 +20,7 @@ from nlds_vines.errors import (
     RequestError,
     at,
     checked_names,
+    choice,
     from_text,
     number,
     shown,
@@ -48,6 +49,7 @@ from nlds_vines.model.system import System
 TOLERANCE = 1e-10  # of contacts by default: finer than in scans, as the energy balance sees each
 MOST_STATES = 10**7
 MOST_CASES = 10**7
+ROUND_OFF = 1e-12  # relative change of loads and start that a predictable history does not show
 LOAD = "load"  # the dimension of the records of a suite
 _LAWS = ("law", "law_2")  # keys of [set] that are no parameters
 
@@ -57,6 +59,87 @@ def _state(value: object) -> tuple[float, ...]:
         raise RequestError(f"state = {shown(value)} must be a list of numbers")
     numbers = (from_text(float, "state", one) if isinstance(one, str) else one for one in value)
     return tuple(number("state", one) for one in numbers)
+
+
+ALONE, TUNED_MASS = "alone", "tmd"  # systems that may stand beside each design
+
+
+def _beside(value: object) -> tuple[str, ...]:
+    names = checked_names("beside", value)
+    for name in names:
+        choice("beside", name, (ALONE, TUNED_MASS))
+    return names
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The systems that are computed beside those of a request, which then has them all."""
+
+    beside: tuple[str, ...] = setting(
+        (), Checked(_beside, listed=True), "record",
+        "what is compared with each system that has dampers: `alone`, its structure without them; "
+        "`tmd`, its structure with a tuned mass damper of the same mass", "NAME,...",
+        usual="a single host: alone",
+    )  # fmt: skip
+
+    def of(self, systems: tuple[System, ...], load: Loading) -> tuple[System, ...]:
+        """Return the systems with those beside them: structures first, then tuned masses."""
+        designs = [system for system in systems if system.damper_names]
+        structures: list[System] = []
+        masses: list[System] = []
+        for system in designs if ALONE in self.beside else ():
+            structures.append(_named(system.alone(), "none", [*systems, *structures]))
+        for system in designs if TUNED_MASS in self.beside else ():
+            tuned = system.with_tuned_mass(load.shaken)
+            masses.append(_named(tuned, TUNED_MASS, [*systems, *masses]))
+        return (*_different(structures, systems), *_different(masses, systems), *systems)
+
+
+def _named(system: Any, name: str, others: Sequence[System]) -> System:
+    """Return a system by a name that no other one has, or the other one if it is the same."""
+    for other in others:
+        if _content(other) == _content(system):
+            return other
+    taken = [other.name for other in others]
+    number = 1
+    unique = name
+    while unique in taken:
+        number += 1
+        unique = f"{name} {number}"
+    renamed: System = replace(system, name=unique)
+    return renamed
+
+
+def _content(system: System) -> Any:
+    """Return what a system is apart from its name and its texts."""
+    texts = ("name", "title", "sources", "assumptions")
+    return {key: value for key, value in system.to_table().items() if key not in texts}
+
+
+def _different(systems: Sequence[System], others: Sequence[System]) -> list[System]:
+    """Return systems once each, without those among the others."""
+    different: list[System] = []
+    for system in systems:
+        if not any(system is one for one in (*others, *different)):
+            different.append(system)
+    return different
+
+
+def _heights(value: object) -> float | tuple[float, ...] | Mapping[str, float]:
+    """Return heights of storeys [m]: one for all, one for each from below, or by displacement."""
+    if isinstance(value, Mapping):
+        return {string("heights", key): _height(one) for key, one in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        if isinstance(value, list) and not value:
+            raise RequestError("heights = [] must have a height for each storey")
+        heights = tuple(_height(one) for one in value)
+        return heights[0] if len(heights) == 1 else heights
+    return _height(value)
+
+
+def _height(value: object) -> float:
+    height = from_text(float, "heights", value) if isinstance(value, str) else value
+    return Real(0.0, 1e6, inside=True)("heights", height)
 
 
 @dataclass(frozen=True, repr=False)
@@ -84,6 +167,9 @@ class HistoryRequest(Request):
     of : tuple of str, optional
         Displacements whose response is reported of the systems that have them, as `simulate` takes
         them.
+    heights : float, sequence of float or mapping of str to float, optional
+        Heights of the storeys [m]: one for all, one for each degree of freedom of the first host
+        from below, or by displacement such as "roof-floor2".  Then drift ratios are reported.
     settle : float, optional
         Time [s] that the rms of x1 leaves out.
     tolerance : float or str, optional
@@ -126,6 +212,12 @@ class HistoryRequest(Request):
         "displacements of a host whose response is reported: a degree of freedom `roof`, a "
         "damper's mass `cell`, a difference `roof-floor2`", "ROW,...", usual="where dampers hang",
     )  # fmt: skip
+    heights: Any = setting(
+        (), Checked(_heights, listed=True), "record",
+        "heights of a host's storeys [m], for drift ratios: one for all, one for each degree of "
+        "freedom from below, or a table by displacement, `{ floor1 = 4.0, \"roof-floor1\" = 3.5 }`",
+        "M,M,...", usual="no drift ratios",
+    )  # fmt: skip
     settle: float = setting(
         0.0, Real(0.0, 1e9), "sampling", "time that the rms of x1 leaves out [s]", "SECONDS",
     )  # fmt: skip
@@ -167,7 +259,8 @@ class HistoryRequest(Request):
             system.refuse_under(self.load, parameters, settle=self.settle)
             if self.sampled is not None:
                 system.cells({k: v for k, v in columns.items() if system.takes(k)})
-        for name in self.of:
+        object.__setattr__(self, "heights", self._storeys())
+        for name in (*self.of, *self.heights):
             self._check_displacement(name)
         for name, values in columns.items():
             if is_of_load(name):
@@ -185,6 +278,22 @@ class HistoryRequest(Request):
             load.check(self.duration, system.natural_period)
         if self.state:
             self._check_state()
+
+    def _storeys(self) -> Any:
+        """Return the heights [m] by the displacement that is the drift of each storey, or ()."""
+        stated = self.heights
+        if isinstance(stated, Mapping) or stated == ():
+            return stated or ()
+        hosts = [one for one in self.systems if one.displacements()]
+        if not hosts:
+            raise RequestError("heights: no system has storeys; allowed: beside a host")
+        dofs = hosts[0].chain or hosts[0].displacements()
+        above = [f"{upper}-{lower}" for lower, upper in pairwise(dofs)]
+        names = [dofs[0], *above]
+        heights = stated if isinstance(stated, tuple) else (stated,) * len(names)
+        if len(heights) != len(names):
+            raise RequestError(f"{len(heights)} heights for {len(names)} degrees of freedom")
+        return dict(zip(names, heights, strict=True))
 
     def _check_displacement(self, name: str) -> None:
         """Refuse a displacement that no system has."""
@@ -243,6 +352,13 @@ class HistoryRequest(Request):
     def is_scan(self) -> bool:
         """Whether there are several orbits of each system, and so no histories."""
         return bool(self.vary or self.load.suite)
+
+    def moved(self) -> HistoryRequest:
+        """Return the request with all loads and the start larger by `ROUND_OFF` of themselves."""
+        factor = 1.0 + ROUND_OFF
+        load = self.load.with_({"scale": self.load.scale * factor})
+        state = tuple(one * factor for one in self.state)
+        return replace(self, load=load, state=state)
 
     def with_record(self, place: int) -> HistoryRequest:
         """Return the request of one record of the suite alone, by its place."""
@@ -365,7 +481,7 @@ def axis_words(request: HistoryRequest, name: str) -> tuple[str, str]:
 
 FORM = Form(
     "response history",
-    (HistoryRequest, Loading),
+    (HistoryRequest, Loading, Beside),
     whole=("vary", "samples"),
     lists=("systems",),
     nested=ALL,
@@ -420,11 +536,14 @@ def load_response_history(
     refuse_load_in_set(request)
     systems = _systems(request, sampled)
     axes, one = request.axes("vary") if sampled is None else (), systems[0]
-    if len(systems) == 1 and one.owning_dampers and not (axes or sampled):
-        structure: Any = one.alone()
-        systems = (replace(structure, name="none"), one)
     with at(request.place("load")):
         load = scaled(Loading(**request.of(Loading)))
+    beside = Beside(**request.of(Beside))
+    if beside.beside:
+        with at(request.place("record", "beside")):
+            systems = beside.of(systems, load)
+    elif len(systems) == 1 and one.owning_dampers and not (axes or sampled):
+        systems = Beside((ALONE,)).of(systems, load)
     title = request.title("systems", "system", "set", "load", "vary", "samples", "start")
     if not title:
         names = [axis.name for axis in axes] if sampled is None else [*sampled.names]

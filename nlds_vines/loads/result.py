@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -16,8 +16,9 @@ from nlds_vines.archives.provenance import RESPONSE_HISTORY
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.engine.records import OK, STATUS
 from nlds_vines.errors import RequestError, choice, library
-from nlds_vines.loads.datasets import names_of_numbers, owners_of
+from nlds_vines.loads.datasets import SENSITIVE, names_of_numbers, owners_of
 from nlds_vines.loads.request import HistoryRequest, load_response_history
+from nlds_vines.loads.units import shown_in
 from nlds_vines.model.linear_response import energy_after_blow
 from nlds_vines.model.quantities import HISTORIES, SHARES, TOUCH_COLUMNS, WAYS, of_load
 from nlds_vines.plotting.drawable import Drawable
@@ -73,6 +74,7 @@ class ResponseHistory(Outlined):
     a: Mapping[str, np.ndarray] = field(default_factory=dict)
     stroke: Mapping[str, np.ndarray] = field(default_factory=dict)
     impacts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    is_sensitive: bool = False
 
     @property
     def last(self) -> np.ndarray:
@@ -102,10 +104,39 @@ def _is_missing(value: float) -> bool:
     return math.isnan(value) or (isinstance(value, int) and value < 0)
 
 
+_ONE_OF_MANY = (
+    "loads larger by 1e-12 of themselves give another number of impacts: the history is chaotic, "
+    "and its numbers are one sample; a suite or --vary scale=0.98:1.02:21 shows their spread"
+)
+
 PEAKS = (
-    "x1_max", "x_max", "a1_max", "a_max", "stroke_max", "force_max", "impulse_max", "shear_max",
+    "x1_max", "x_max", "drift_ratio_max", "drift_ratio", "a1_max", "a_max", "stroke_max",
+    "force_max", "impulse_max", "shear_max",
 )  # fmt: skip
 """The largest responses that are compared."""
+
+
+def compared_names(request: HistoryRequest, names: Iterable[str]) -> list[str]:
+    """Return the names of the largest responses that are compared, in the order of `PEAKS`.
+
+    Accelerations of one floor relative to another are left out where heights make that a storey.
+    """
+    compared = []
+    for peak in PEAKS:
+        for name in names:
+            owner, _, quantity = name.rpartition(".")
+            is_between = owner in request.heights and "-" in owner
+            if quantity == peak and not (peak == "a_max" and is_between):
+                compared.append(name)
+    return compared
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield the lines of a table, the first column to the left and the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for first, *others in rows:
+        cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+        yield "  ".join([first.ljust(widths[0]), *cells])
 
 
 class Peak(NamedTuple):
@@ -186,7 +217,7 @@ class ResponseHistories(Csv, Drawable):
         """
         alone = [system.name for system in self.request.systems if not system.damper_names]
         every = names_of_numbers(self.request)
-        names = [name for peak in PEAKS for name in every if _quantity(name) == peak]
+        names = compared_names(self.request, every)
         peaks = []
         for name in names:
             values = {system: one.numbers[name] for system, one in self.results.items()}
@@ -204,19 +235,28 @@ class ResponseHistories(Csv, Drawable):
         """Return the `comparison` under the names of its columns."""
         return [Peak._fields, *self.comparison()]
 
+    def rows(self) -> list[list[str]]:
+        """Return the comparison as a table of texts: a row for each quantity, a column a system."""
+        peaks = self.comparison()
+        systems = [system.name for system in self.request.systems]
+        rows = [["", *systems]]
+        for name in dict.fromkeys(peak.quantity for peak in peaks):
+            of_name = {peak.system: peak for peak in peaks if peak.quantity == name}
+            values = [peak.value for peak in of_name.values()]
+            factor, unit = shown_in(name, values, self.request.load.shaken)
+            cells = [f"{name} [{unit}]" if unit != "1" else name]
+            for system in systems:
+                if system not in of_name:
+                    cells.append("-")
+                    continue
+                peak = of_name[system]
+                change = f" ({-peak.reduction:+.1%})" if np.isfinite(peak.reduction) else ""
+                cells.append(f"{factor * peak.value:.4g}{change}")
+            rows.append(cells)
+        return rows
+
     def _table(self) -> Iterator[str]:
-        cells: dict[str, dict[str, str]] = {system.name: {} for system in self.request.systems}
-        for peak in self.comparison():
-            change = f" ({-peak.reduction:+.1%})" if np.isfinite(peak.reduction) else ""
-            cells[peak.system][peak.quantity] = f"{peak.value:.4g}{change}"
-        names = list(dict.fromkeys(peak.quantity for peak in self.comparison()))
-        heads = [f"{name} [{of_load(name).unit}]" for name in names]
-        rows = [["", *heads]]
-        rows += [[system, *(row.get(name, "-") for name in names)] for system, row in cells.items()]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for first, *others in rows:
-            right = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
-            yield "  ".join([first.ljust(widths[0]), *right])
+        yield from aligned(self.rows())
         for system, history in zip(self.request.systems, self.results.values(), strict=True):
             instant = [law.name for law in system.contact_laws if law.instant]
             has_no_acceleration = math.isnan(history.numbers.get("a1_max", 0.0))
@@ -226,6 +266,7 @@ class ResponseHistories(Csv, Drawable):
                     "does not exist: law linear or hertz gives both"
                 )
                 break
+        yield from remarks_on_rigid_walls(self.comparison())
 
     def lines(self) -> Iterator[str]:
         """Yield the title, the records, a line for each system, and of several the comparison."""
@@ -241,6 +282,8 @@ class ResponseHistories(Csv, Drawable):
                 yield f"{words}: at rest for {self.request.duration:g} s"
                 continue
             yield f"{words}: {'; '.join(self._facts(history))}"
+            if history.is_sensitive:
+                yield f"{words}: {_ONE_OF_MANY}"
             exact = {} if self.request.state else system.closed_form(self.request.load)
             comparisons = [
                 f"{name} {exact[name]:.6g} (here {history.numbers[name]:.6g})"
@@ -278,6 +321,21 @@ class ResponseHistories(Csv, Drawable):
                 struck.append(f"{count} of {owner}")
         if struck:
             yield f"impacts: {', '.join(struck)}"
+
+
+def remarks_on_rigid_walls(numbers: Sequence[Peak | Statistic]) -> Iterator[str]:
+    """Yield a line that says why accelerations are infinite, and which number says how hard."""
+    infinite = []
+    for one in numbers:
+        largest = one.value if isinstance(one, Peak) else one.largest
+        if one.quantity.endswith("a_max") and math.isinf(largest):
+            infinite.append(one.quantity)
+    if infinite:
+        names = ", ".join(dict.fromkeys(infinite))
+        yield (
+            f"{names}: infinite where the impulse of a rigid wall acts, for an instant; "
+            "impulse_max says how hard, and law hertz or linear gives a finite acceleration"
+        )
 
 
 QUANTILE = 0.84  # of a suite, beside the median: one standard deviation above, if it is normal
@@ -327,6 +385,8 @@ class LoadScan(Csv, Drawable):
         where a system has none.
     status : ndarray of int
         Of the same shape; 0 unless the orbit failed.
+    is_sensitive : ndarray of bool, optional
+        Of a suite: where loads larger by 1e-12 of themselves give other numbers of impacts.
 
     Examples
     --------
@@ -343,6 +403,7 @@ class LoadScan(Csv, Drawable):
     request: HistoryRequest
     numbers: Mapping[str, np.ndarray]
     status: np.ndarray
+    is_sensitive: np.ndarray | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a quantity of all orbits by its name."""
@@ -452,25 +513,48 @@ class LoadScan(Csv, Drawable):
             return library("pandas").DataFrame(self.statistics(), columns=Statistic._fields)
         return super().to_dataframe(*names)
 
-    def _table(self) -> Iterator[str]:
-        """Yield median, 84 % quantile and extreme of the largest responses of each system."""
-        statistics = self.statistics()
-        compared = [one for one in statistics if _quantity(one.quantity) in PEAKS]
-        names = list(dict.fromkeys(one.quantity for one in compared))
-        alone = {system.name for system in self.request.systems if not system.damper_names}
-        for name in names:
-            rows = [one for one in compared if one.quantity == name]
-            bases = [one.median for one in rows if one.system in alone]
+    def rows(self) -> list[list[str]]:
+        """Return the largest responses as a table of texts: median and 84 % quantile by system.
+
+        The change of the median is that from the first structure without dampers.
+        """
+        statistics = {(one.quantity, one.system): one for one in self.statistics()}
+        systems = [system.name for system in self.request.systems]
+        alone = [system.name for system in self.request.systems if not system.damper_names]
+        rows = [["median (84 %)", *systems]]
+        for name in compared_names(self.request, self.numbers):
+            of_name = {system: statistics.get((name, system)) for system in systems}
+            present = [one for one in of_name.values() if one is not None]
+            if not present:
+                continue
+            bases = [one.median for one in present if one.system in alone]
             base = bases[0] if bases else math.nan
-            unit = of_load(name).unit
-            for one in rows:
-                change = ""
-                if one.system not in alone and 0.0 < base < math.inf and one.median < math.inf:
-                    change = f" ({one.median / base - 1.0:+.1%} of the median alone)"
-                yield (
-                    f"{name} of {one.system}: median {one.median:.4g}, 84 % quantile "
-                    f"{one.quantile_84:.4g}, up to {one.largest:.4g} {unit}{change}"
-                )
+            extremes = [one.largest for one in present]
+            factor, unit = shown_in(name, extremes, self.request.load.shaken)
+            cells = [f"{name} [{unit}]" if unit != "1" else name]
+            for system, one in of_name.items():
+                if one is None:
+                    cells.append("-")
+                    continue
+                text = f"{factor * one.median:.4g} ({factor * one.quantile_84:.4g})"
+                if system not in alone and 0.0 < base < math.inf and one.median < math.inf:
+                    text += f" {one.median / base - 1.0:+.1%}"
+                cells.append(text)
+            rows.append(cells)
+        return rows
+
+    def _table(self) -> Iterator[str]:
+        """Yield the table of the largest responses, and what its numbers do not say."""
+        yield from aligned(self.rows())
+        compared = compared_names(self.request, self.numbers)
+        yield from remarks_on_rigid_walls(
+            [one for one in self.statistics() if one.quantity in compared]
+        )
+        if self.is_sensitive is not None:
+            sensitive = self.is_sensitive.sum(axis=1).tolist()
+            for words, count in zip(self.request.words, sensitive, strict=True):
+                if count:
+                    yield f"{words}: under {count} of {len(self.loads)} records {_ONE_OF_MANY}"
 
     def lines(self) -> Iterator[str]:
         """Yield the title, records, axes, statistics or the range of a number, and failures."""
@@ -514,7 +598,8 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
             if dataset in view
         }
         if request.is_scan:
-            return LoadScan(place, request, values, codes)
+            sensitive = view[SENSITIVE] == 1 if SENSITIVE in view else None
+            return LoadScan(place, request, values, codes, sensitive)
         results: dict[str, ResponseHistory] = {}
         for i, system in enumerate(request.systems):
             of_system = {name: _number(values.get(name), of_load(name).fill, i) for name in names}
@@ -527,6 +612,7 @@ def histories_in(path: str | os.PathLike[str]) -> ResponseHistories | LoadScan:
                 numbers=of_system,
                 status=int(codes[i]),
                 impacts=_impacts(view, request, i),
+                is_sensitive=SENSITIVE in view and bool(view[SENSITIVE][i] == 1),
             )
         return ResponseHistories(place, request, results)
 

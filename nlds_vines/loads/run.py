@@ -16,7 +16,7 @@ import numpy as np
 
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.load_task import LoadOfOrbit, LoadTask
-from nlds_vines.loads.datasets import contents, in_columns, owners_in
+from nlds_vines.loads.datasets import SENSITIVE, contents, in_columns, owners_in, with_drift_ratios
 from nlds_vines.loads.request import LOAD, HistoryRequest, is_of_load
 from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.quantities import HISTORIES, OF_LOADS_BY_NAME
@@ -71,6 +71,8 @@ def arrays_of(request: HistoryRequest, cases: range, tell: Tell | None = None) -
             continue
         values = request.values_at(np.unravel_index(places, request.shape)) if request.vary else {}
         arrays = numbers_of(request, system, values, tell)
+        if not values:
+            arrays[SENSITIVE] = _sensitivity(request, system, arrays, tell)
         if "touches" in arrays:
             arrays["touches"] = np.insert(arrays["touches"], 0, which, axis=1)
         pieces.append(arrays)
@@ -86,7 +88,22 @@ def _numbers_under(
     """
     alone = request.with_record(place)
     arrays = numbers_of(alone, system, {}, tell)
+    arrays[SENSITIVE] = _sensitivity(alone, system, arrays, tell)
     return {name: arrays[name] for name in arrays if name not in ("touches", *HISTORIES)}
+
+
+def _sensitivity(
+    request: HistoryRequest, system: System, arrays: Arrays, tell: Tell | None
+) -> np.ndarray:
+    """Return [1] if loads that differ by `ROUND_OFF` give other numbers of impacts, or else [0].
+
+    Without impacts it is [-1], and nothing is computed.
+    """
+    counts = arrays.get("impact_count", np.zeros(0))
+    if not (counts > 0).any():
+        return np.array([-1], np.int8)
+    others = numbers_of(request.moved(), system, {}, tell)["impact_count"]
+    return np.array([not np.array_equal(counts, others)], np.int8)
 
 
 def numbers_of(
@@ -127,7 +144,7 @@ def numbers_of(
         of=owners_in(system, request)["displacement"],
     )
     arrays = engine_for(system).load(task, tell).run(grid, each)
-    return in_columns(request, system, arrays)
+    return dict(with_drift_ratios(request, in_columns(request, system, arrays)))
 
 
 def _joined(pieces: Sequence[Arrays]) -> Arrays:

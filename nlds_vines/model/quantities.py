@@ -562,6 +562,10 @@ OF_LOADS = (
     _of("x_rms", "m", "rms displacement, relative to the ground", "rms displacement", **_BY_ROW),
     _of("a_max", "m/s^2", "largest absolute acceleration, contacts included; infinite where the "
         "impulse of a rigid wall acts", "largest absolute acceleration", **_BY_ROW),
+    _of("drift_ratio", "1", "largest drift of a storey over its height", "largest drift ratio",
+        **_BY_ROW),
+    _of("drift_ratio_max", "1", "largest drift of all storeys over their heights",
+        "largest drift ratio of all storeys"),
     _of("E2max", "J", "largest energy of the damper, its velocity relative to the ground",
         "largest energy of the damper", "E₂max", **_BY_DAMPER),
     _of("x1_max", "m", "largest displacement of the structure, relative to the ground",
@@ -592,6 +596,8 @@ OF_LOADS = (
 
 Quantities of an only damper of the paper's kinds have symbols, as E2max.
 """
+
+DRIFT_RATIOS = ("drift_ratio", "drift_ratio_max")  # as reports and pictures show them
 
 OF_LOADS_BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in OF_LOADS})
 

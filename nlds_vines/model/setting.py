@@ -237,7 +237,7 @@ KEYS_OF: Mapping[str, frozenset[str]] = {
         ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
          "period_steps", "samples", "windows", "duration", "settle")
     ),
-    "record": frozenset(("want", "of")),
+    "record": frozenset(("want", "of", "heights", "beside")),
     "start": frozenset(("policy", "count", "seed", "state", "phase", "label", "states", "values",
                         "periods")),
     "search": frozenset(

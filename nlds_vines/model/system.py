@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from inspect import Signature, signature
-from math import inf, pi, sqrt
+from math import fsum, inf, pi, sqrt
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -430,6 +430,16 @@ class System(Outlined):
         """Return the structure without its dampers, under the same force."""
         raise NotImplementedError
 
+    def with_tuned_mass(self, shaken: bool) -> System:
+        """Return the structure with a tuned mass damper of the same mass in place of its dampers.
+
+        Its frequency and damping are those of G. B. Warburton (Earthquake Engineering and
+        Structural Dynamics 10, 1982) for the least variance under white noise, of the ground's
+        acceleration if it is `shaken`, or else of a force.  Raises `RequestError` if the system has
+        no damper with a mass.
+        """
+        raise NotImplementedError
+
     def energy_alone(self, cells: np.ndarray) -> np.ndarray | None:
         """Return E1max [J] of the structure alone in `cells` in closed form; None without one."""
         raise NotImplementedError
@@ -590,6 +600,19 @@ class System(Outlined):
 # ---- the paper's kinds ---------------------------------------------------------------------------
 
 
+def warburton(ratio: float, shaken: bool) -> tuple[float, float]:
+    """Return frequency ratio and damping ratio of a tuned mass of a mass ratio, by Warburton."""
+    if ratio >= 1.0:
+        raise RequestError(f"a tuned mass of {ratio:g} of the structure's; allowed: below 1")
+    if shaken:
+        frequency = sqrt(1.0 - 0.5 * ratio) / (1.0 + ratio)
+        square = ratio * (1.0 - 0.25 * ratio) / (4.0 * (1.0 + ratio) * (1.0 - 0.5 * ratio))
+    else:
+        frequency = sqrt(1.0 + 0.5 * ratio) / (1.0 + ratio)
+        square = ratio * (1.0 + 0.75 * ratio) / (4.0 * (1.0 + ratio) * (1.0 + 0.5 * ratio))
+    return frequency, sqrt(square)
+
+
 @dataclass(frozen=True, repr=False)
 class Preset(System):
     """A system of one of the paper's kinds, with its parameters; see `System`."""
@@ -747,6 +770,21 @@ class Preset(System):
         fixed = {name: v for name, v in self.fixed_ratios.items() if name in ratios}
         title = "Primary structure alone"
         return Preset("none", values, title=title, fixed_ratios=fixed)
+
+    def with_tuned_mass(self, shaken: bool) -> Preset:
+        if not self.scene.damper or not self.parameters.get("m2"):
+            raise RequestError(f"{self.name} has no damper whose mass a tuned mass could have")
+        scene = SCENES["tmd"]
+        ratios = ratios_in(scene)
+        values = {name: v for name, v in self.parameters.items() if name in scene.allowed}
+        fixed = {name: v for name, v in self.fixed_ratios.items() if name in ratios}
+        m1, k1, m2 = values["m1"], values["k1"], values["m2"]
+        tuning, zeta = warburton(m2 / m1, shaken)
+        k2 = m2 * k1 / m1 * tuning * tuning
+        values |= {"k2": k2, "c2": 2.0 * zeta * sqrt(k2 * m2)}
+        for name in ("frequency_ratio", "zeta2"):
+            fixed.pop(name, None)
+        return Preset("tmd", values, title="Tuned mass damper (Warburton)", fixed_ratios=fixed)
 
     def displacements(
         self, names: Sequence[str] = (), records: Collection[str] = ("response",)
@@ -1407,6 +1445,20 @@ class General(System):
 
     def alone(self) -> General:
         return replace(self, dampers=(), name="host", title="")
+
+    def with_tuned_mass(self, shaken: bool) -> General:
+        masses = [damper.m for damper in self.dampers if damper.m is not None]
+        if not masses:
+            raise RequestError(f"{self.name} has no damper whose mass a tuned mass could have")
+        place = next(damper.places[0] for damper in self.dampers if damper.m is not None)
+        m = fsum(masses)
+        rates = self.host.frequencies
+        first = int(np.flatnonzero(rates > 0.0)[0])
+        shape = float(self.host.modes[self.host.dofs.index(place), first])
+        tuning, zeta = warburton(m * shape * shape, shaken)
+        rate = float(rates[first]) * tuning
+        damper = Damper("tmd", place, m=m, k=m * rate * rate, c=2.0 * zeta * m * rate)
+        return replace(self, dampers=(damper,), name="tmd", title="")
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
         """Return records of omega and of the varied parameters, one for each point of a grid.

@@ -529,8 +529,8 @@ class Tuning(Request):
         if self.history is not None:
             document["load"] = self.history.load.to_table()
             document["start"] = entries(self.history, "start")
-            if self.history.of:
-                document["record"] = entries(self.history, "record")
+            if record := entries(self.history, "record"):
+                document["record"] = record
         if self.uncertain:
             document["uncertain"] = {one.name: one.entry() for one in self.uncertain}
         if self.places:

@@ -110,6 +110,11 @@ CHECKED = {
         (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
         (["E1max", "E1max"], "names something twice"),
     ],
+    "heights": [
+        ("tall", "heights = 'tall' must be a number"), ([], "must have a height for each storey"),
+        ({"roof": -1.0}, "heights = -1.0 must be between 0 and"),
+    ],
+    "beside": [(3, "beside = 3 must be a list"), (["tuned"], "unknown beside 'tuned'")],
     "suite": [
         (3, "suite = 3 must be paths or tables of records"),
         ([], "suite = [] must be one or more records"),

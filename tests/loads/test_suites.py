@@ -156,7 +156,8 @@ def test_statistics_tables_and_pictures_of_a_suite(records, here):
     table = suite.to_dataframe("statistics")
     assert table.set_index(["system", "quantity"])["median"]["none", "x1_max"] == one.median
     assert suite.to_dataframe()["load"].tolist() == ["r0.csv", "r1.csv", "r2.csv"] * 2
-    assert any("x1_max of ssul-set6: median" in line for line in suite.lines())
+    (line,) = [line for line in suite.lines() if line.startswith("x1_max [m]")]
+    assert f"{one.median:.4g} ({one.quantile_84:.4g})" in line
     suite.to_csv("suite.csv")
     assert Path("suite.csv").read_text().startswith("system,quantity,unit,median,quantile_84,")
     suite.plot("x1_max,impact_count")

@@ -77,6 +77,7 @@ class Scene:
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
     dampers: tuple[str, ...] = ()  # the names of several dampers; none of a single one
     with_rigid_walls: tuple[str, ...] = ()  # the names of a host's dampers that have rigid walls
+    springs: tuple[str, ...] = ()  # the names of a host's dampers that have nonlinear springs
     # what the kernels of the scene offer
     # states of histories under a record have the times of its samples, where kernels stop anyway
     has_times_of_records: bool = False
@@ -102,6 +103,11 @@ class Scene:
     @property
     def damper(self) -> bool:
         return self.rest is not None
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the equations of motion are linear: neither walls nor nonlinear springs."""
+        return not self.walls and not self.springs
 
     @property
     def grounded(self) -> bool:

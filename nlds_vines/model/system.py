@@ -1336,6 +1336,7 @@ class General(System):
                 dict.fromkeys(name for name, wall in walls if LAWS[wall.law].instant)
             ),
             of_walls=tuple((name, wall.side) for name, wall in walls),
+            springs=tuple(damper.name for damper in self.dampers if damper.spring is not None),
             settable=tuple(name for name in self.allowed if name not in RATIOS),
             shaken="" if self.force else GROUND,
         )

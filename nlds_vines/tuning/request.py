@@ -228,7 +228,7 @@ class Tuning(Request):
     )
     periods: int = setting(
         SAMPLED, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS",
-        usual=f"{SAMPLED}; without walls {SAMPLED_FREE}",
+        usual=f"{SAMPLED}; of a linear system {SAMPLED_FREE}",
     )  # fmt: skip
     search: Search = field(default_factory=Search)
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
@@ -700,7 +700,7 @@ def _history(request: Merged, system: System) -> tuple[HistoryRequest | None, di
     if not loaded:
         with at(request.place("system")):
             system.refuse_without_force()
-        periods = SAMPLED if system.scene.walls else SAMPLED_FREE
+        periods = SAMPLED_FREE if system.scene.is_linear else SAMPLED
         return None, {"periods": periods} | request.of(Tuning)
     with at(request.place("load" if request.table("load") else "start")):
         load = Loading(**request.of(Loading))

@@ -39,6 +39,11 @@ def test_coefficients_that_are_given_are_parameters():
     assert [name for name in CUBIC.allowed if name.startswith("nes.k")] == ["nes.k", "nes.k3"]
     assert {"nes.k2", "nes.k3", "nes.k5"} <= {*BISTABLE.parameters}
     assert system_of(sink(spring=nv.Spring(k5=0))).parameters["nes.k5"] == 0.0
+    assert CUBIC.scene.springs == ("nes",)
+    assert not CUBIC.scene.is_linear
+    assert system_of(sink(k=0.1)).scene.is_linear
+    assert not nv.load_system("ssul-set6").scene.is_linear
+    assert nv.load_system("tmd").scene.is_linear
     assert "k = 0, k3 = 0.07, c = 0.01" in dict(CUBIC.outline())["nes"]
     entry = DESCRIBED["nes.k3"]
     assert (entry.symbol, entry.unit) == ("k₃ of nes", "N/m^3")

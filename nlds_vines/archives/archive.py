@@ -382,7 +382,7 @@ class ArchiveView(Outlined):
     def _dimension(self, word: str) -> str:
         """Return the dimension that a word names, "point" or "points"; "" for any other word.
 
-        Those of cells are none: what lies along one of them lies along the others, too.
+        Dimensions of a scan's cells are left out, as their datasets extend along the others, too.
         """
         of_cells = {*self.axes, "start"}
         if word in self.names:

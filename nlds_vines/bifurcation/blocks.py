@@ -117,7 +117,7 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 _BLOCKS = 2  # in memory
 _CELL_COPIES = 2  # of the grid of cells: the grid itself, and the chains cut from it
 _ARCHIVE_COPIES = 2  # of an archive in memory: its blocks, and the arrays made of them
-_PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`engine.compilation.MEMORY`)
+_PROGRAM = 300_000_000  # bytes of the program with its kernels; compiling needs more
 
 
 def memory_needed(scan: Scan, archive: Path) -> int:

@@ -176,7 +176,7 @@ class Computer:
         sides = (np.arange(first, stop) for first, stop in block.slices)
         places = np.ravel_multi_index(np.ix_(*sides), scan.shape)
         sweeps = scan.start.sweeps
-        if sweeps:  # chains of cells, each from the first orbit
+        if sweeps:  # chains of cells: from rest, then each where the orbit before it ended
             rows = cells.reshape(-1, cells.shape[-1])
             chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
             firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
@@ -201,7 +201,8 @@ class Computer:
     ) -> dict[str, np.ndarray]:
         """Return the results of chains of cells (chains, links) from their starts (chains, 4).
 
-        `places` (chains,) are the numbers in the scan of their first cells, which attractors need.
+        `places` (chains,) are the numbers of their orbits in the scan, which attractors need; they
+        refuse sweeps.
         """
         scan, datasets = self.scan, self.scan.table.datasets
         arrays = {"P": chains["P"].copy()} if "P" in datasets else {}

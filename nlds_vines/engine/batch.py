@@ -507,7 +507,7 @@ class Outcome(NamedTuple):
 
     @property
     def inadmissible(self) -> np.ndarray:
-        """Whether an orbit failed, or broke the constraint of scenes b and c."""
+        """Whether an orbit failed, or broke the limit of its scene."""
         return (self.status != codes.OK) | ~np.isfinite(self.objective) | (self.violations > 0)
 
 

@@ -94,8 +94,8 @@ class Regime(Outlined):
         Smallest approach speed [m/s] of its impacts.
     settling : int
         The forcing period from which on every return obeys the multipliers of the final orbit, so
-        that its distance shrinks as they say; -1 if none.  The orbit need not be near yet: one
-        without impacts obeys them from rest, with 0.
+        that its distance shrinks as they say; -1 if none.  The distance may still be large: an
+        orbit without impacts obeys them from the start, with 0.
     averaging : float
         Digits to which the averages over two halves of an orbit without a period agree.
     watched : int
@@ -318,7 +318,9 @@ def classify(
 
 @dataclass(frozen=True, repr=False)
 class LyapunovSpectrum(Outlined):
-    """The Lyapunov exponents of an orbit, the largest first, with their convergence.
+    """The Lyapunov exponents of an orbit with their convergence.
+
+    Their order is that of Gram and Schmidt, which tends to put the largest first.
 
     The exponent 0 of the phase of the force is not among them.
 

@@ -116,7 +116,7 @@ class Engine(Protocol):
 
     @property
     def start_size(self) -> int:
-        """The number of draws from which a random start is made."""
+        """The number of random numbers from [-1, 1) that make one start."""
 
     def random_states(self, cells: np.ndarray, draws: np.ndarray) -> np.ndarray:
         """Return states (..., draws, components) in the cells (...), of draws from [-1, 1)."""
@@ -130,7 +130,7 @@ class Engine(Protocol):
     def begun_states(self, cells: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Return, in components, where orbits begin that kernels start in `states`.
 
-        A start beyond a rigid wall begins on the wall.
+        One that begins beyond a rigid wall is put on the wall: here, or, of a host, by its kernels.
         """
 
     def amplitudes(self, cell: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -44,7 +44,8 @@ from nlds_vines.runs.progress import Tell
 class HostEngine:
     """The engine of a host with dampers; see `engine.Engine`.
 
-    States of the kernels are the components of the system: a user's.
+    It takes and returns states in the system's components, as users have them; `HostOrbits` turns
+    them into the kernels' modal coordinates.
     """
 
     recognizes_cycles = False

@@ -198,7 +198,8 @@ class Beginning(NamedTuple):
             impacts = cell.impacts
             if impacts is None or impacts.filled[0] <= len(impacts.data):
                 break
-            # run again with enough room: the same orbit has the same number of impacts
+            # run again with enough room: the same orbit has the same number of impacts; a clearance
+            # is the least so far
             cell = cell._replace(impacts=room_for_impacts(int(impacts.filled[0])))
             if cell.clearance is not None:
                 cell = cell._replace(clearance=np.full(1, np.inf))
@@ -263,6 +264,7 @@ class Beginning(NamedTuple):
 
 @stoppable
 def _run_compiling(needed: Needed, quiet: bool, arguments: tuple[Any, ...]) -> int:
+    """Run a cell in another thread, so that it can be stopped, and say what is compiled."""
     with Compilation(needed, notice(quiet), helped=False).followed({_RUN_CELL: "orbit"}):
         return run_cell(*arguments)
 

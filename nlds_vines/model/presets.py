@@ -1,6 +1,9 @@
 """The paper's kinds as formulas: from parameters by name to the records that the kernels read.
 
-Parameters are floats, or arrays if they vary; `Scene` says which ones a kind has.
+Parameters are floats, or arrays if they vary.  `SCENES` says for each kind, ssul for one, which
+parameters it has, and where its spring rests and its walls stand; `merged_parameters` checks them,
+and `records_of` writes a record of numbers for each cell (`Preset.cells`), which the kernels'
+constants, `engine.batch.parts_of`, tell how to read.
 """
 
 from __future__ import annotations
@@ -63,9 +66,15 @@ def cell_type(scene: Scene) -> np.dtype:
 @cache
 def _cell_type(has_load: bool, has_second: bool, has_others: bool) -> np.dtype:
     constants: list[Any] = [(name, np.float64) for name in _OF_LAWS]
-    others: list[Any] = [("load", np.float64)] * has_load
-    others += [(NEAR, [("K", np.float64), *constants])] * has_second + constants * has_others
-    # before those of CELL: Numba takes a record that begins like another one for a kind of it
+    others: list[Any] = []
+    if has_load:
+        others.append(("load", np.float64))
+    if has_second:
+        others.append((NEAR, [("K", np.float64), *constants]))
+    if has_others:
+        others += constants
+    # before those of CELL: Numba takes a type of records that begins with the fields of another
+    # one for a subtype of it
     return np.dtype([*others, *((name, np.float64) for name in CELL.names or ())])
 
 

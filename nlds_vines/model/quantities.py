@@ -1,4 +1,4 @@
-"""Every recorded number, a line each: name, unit, meaning, where it is stored, how it is drawn.
+"""The table of recorded quantities: name, unit, meaning, where it is stored, how it is drawn.
 
 Archives, pictures, pages, objectives and `docs/datasets.md` follow from these tables: `QUANTITIES`
 for scans, codes and labels included, and `OF_LOADS` for structures under a load in time.
@@ -45,9 +45,11 @@ class Quantity:
 
     name: str
     unit: str  # SI, in the notation of CF; "1" for a number without one
-    words: str  # its meaning; {body} and {first}: the forced body, {x} and {v}: its coordinates
-    # the records that contain it, () for every scan; a scene that has this quantity can have the
-    # first of them recorded
+    # its meaning; {body} and {first}: the forced body, {x} and {v}: its coordinates, {by}: what
+    # drives it, {frame}: ", relative to the ground" if that moves
+    words: str
+    # the records of a scan that contain it, () for every scan; a scene that has this quantity can
+    # have the first of them recorded; without meaning under a load
     record: tuple[str, ...]
     label: str = ""  # on axes, by default the beginning of `words`
     symbol: str = ""
@@ -57,7 +59,9 @@ class Quantity:
     dtype: str = "float64"  # as in `archives.dataset.Dataset`
     fill: float | int | str = np.nan
     beside: str = ""  # a record that must be requested as well
-    buffer: str = ""  # of `LaneBuffers`, or "evidence"
+    # a field of `LaneBuffers`, or "evidence", from which `bifurcation.run`, `engine.responses` or
+    # `engine.batch` takes it; "" if it is made of others, as reductions are
+    buffer: str = ""
     column: int | None = None  # in the buffer; None for all of it; of each wall: the first one
     of: Callable[[np.ndarray], np.ndarray] | None = None  # of the buffer, in place of a column
     reduced: bool = False  # whether it is compared with that of the structure alone

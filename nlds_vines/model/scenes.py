@@ -48,15 +48,16 @@ class Scene:
     With u = x2 - x1, the position of the damper relative to the structure, the damper's spring
     rests at u = `rest`, and r = `rest` - u is its shortening.  `rest`, the gaps and the limit are
     functions of the parameters by name (floats or arrays alike) that return meters, None for a part
-    that the scene does not have.
+    that the scene does not have.  Of a host they only say that there is a wall; gaps are those of
+    its dampers.
     """
 
     kind: str
     meaning: str
     parameter_names: tuple[str, ...]  # without those of the contact
     rest: Callable[[Values], Any] | None = None  # u at which the spring rests
-    gap_near: Callable[[Values], Any] | None = None  # r at touch of the wall that pushes in +x2
-    gap_far: Callable[[Values], Any] | None = None  # -r at touch of the wall that pushes in -x2
+    gap_near: Callable[[Values], Any] | None = None  # r at touch of the wall that limits it above
+    gap_far: Callable[[Values], Any] | None = None  # -r at touch of the wall that limits it below
     limit: Callable[[Values], Any] | None = None  # r without a wall; reaching it is a violation
     # positions u [m] of the lines in a picture, by name; of walls on the ground, positions x
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
@@ -79,7 +80,7 @@ class Scene:
     with_rigid_walls: tuple[str, ...] = ()  # the names of a host's dampers that have rigid walls
     springs: tuple[str, ...] = ()  # the names of a host's dampers that have nonlinear springs
     # what the kernels of the scene offer
-    # states of histories under a record have the times of its samples, where kernels stop anyway
+    # states under an accelerogram have the times of its samples, where kernels stop anyway
     has_times_of_records: bool = False
     unrecorded: tuple[str, ...] = ()  # records that they do not make
     may_be_empty: tuple[str, ...] = ()  # records of an orbit that need no walls
@@ -210,7 +211,10 @@ class Scene:
 
     @property
     def key(self) -> str:
-        """A text that identifies the compiled kernels: the kind and the laws of its contacts."""
+        """A text that identifies the compiled kernels: the kind and the laws of its contacts.
+
+        `scene_of` makes a scene of it with the same kernels, but not always with the same drive.
+        """
         words = [self.kind + MOVING * bool(self.shaken)]
         if self.law != HERTZ or self.law_2 is not None or self.optional:
             words += [self.law.name, self.law_2.name if self.law_2 else ""]
@@ -350,7 +354,11 @@ BODIES: Mapping[str, str] = {**{scene.kind: scene.body for scene in _KINDS}, HOS
 
 
 def scene_of(key: str) -> Scene:
-    kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
+    """Return a scene with the kernels that a `Scene.key` of one of the kinds identifies."""
+    words = key.split("/")
+    while len(words) < 3:  # without laws other than Hertz's
+        words.append("")
+    kind, law, law_2, *optional = words
     names = [*optional, *BASES[:1]] if kind.endswith(MOVING) else optional
     return SCENES[kind.removesuffix(MOVING)].under(law or HERTZ.name, law_2, names)
 

@@ -1,4 +1,4 @@
-"""Signals and motions: what displacements, forces and energies are along an orbit, by its states.
+"""Displacements, forces and energies along an orbit, as functions of its states.
 
 States are rows (count, components) [m, m/s] of the components of `System.scene`, as in
 `Orbit.trajectory`.  A system makes its signals and motions; here is what they consist of.
@@ -59,7 +59,7 @@ class Motion(NamedTuple):
         owner: the body, if the symbols do not say it.
         walls: the places [m] of walls, and of a limit, by name.
         carrier: the row of the displacement that the walls move with; None if they stand still.
-        component: the place in a state of a displacement that moves no other body; None without.
+        component: the place in a state of a displacement that can be changed alone; None without.
         has_plane: whether there is a phase plane of it.
         shows_touches: whether its history marks the touches at its walls.
     """

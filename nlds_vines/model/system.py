@@ -352,7 +352,7 @@ class System(Outlined):
         raise NotImplementedError
 
     def has_parts_of(self, first: System) -> bool:
-        """Return True if this system differs from `first` in what `with_` changes alone."""
+        """Return True if `first.with_(**numbers)` can give this system: its parts are the same."""
         raise NotImplementedError
 
     def cells(self, grid: Mapping[str, Any] = ...) -> np.ndarray:
@@ -971,7 +971,7 @@ class Preset(System):
 
     @cached_property
     def cell(self) -> Any:
-        """The record of dtype `CELL` with the numbers for the kernels, which only read it."""
+        """The record of `presets.cell_type` for the kernels, which only read it."""
         return np.atleast_1d(self.cells()).view(np.recarray)[0]
 
     @property
@@ -1117,7 +1117,7 @@ class Preset(System):
         }
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
-        """Return the records of dtype `CELL` for the kernels, one for each point of a grid.
+        """Return the records of `presets.cell_type` for the kernels, one for each point of a grid.
 
         `grid` holds varied parameters and ratios by name, arrays that broadcast together.  If the
         ground moves, P is as `force`.  Raises `RequestError`, which names parameter and value, if
@@ -1311,9 +1311,10 @@ class General(System):
 
     @cached_property
     def scene(self) -> HostScene:
-        """The names of the components of states: of the host, then of the dampers' masses.
+        """The walls, laws and components of the host with its dampers.
 
-        Each name stands for a displacement, and v_name for its rate.  If the host was reduced or
+        Components of states are those of the host, then those of the dampers' masses.  Each name
+        stands for a displacement, and v_name for its rate.  If the host was reduced or
         made from modes its coordinates are mode1, mode2 ...: `host.shape` leads to displacements.
         """
         names = self.host.coordinates

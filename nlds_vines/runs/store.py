@@ -109,10 +109,10 @@ class Blocks:
                     temporary.unlink()
 
     def load(self, key: object, expected: Expected | None = None) -> dict[str, np.ndarray] | None:
-        """Return the arrays of a block; None if there is none, or, with a line, a wrong one.
+        """Return the arrays of a block; None if there is no such block, or a wrong one.
 
-        Wrong is one that is damaged, or of another key or run, or that does not hold the arrays
-        that were saved, or the `expected` ones.
+        Wrong is one that is damaged, of another key or run, or without one of the arrays that were
+        saved or are `expected`; a line says so.
         """
         if self._in_memory is not None:
             return dict(self._in_memory[key]) if key in self._in_memory else None
@@ -151,9 +151,10 @@ class Blocks:
         return {"seconds": round(sum(self._seconds.values()), 6), "threads": threads_in_use()}
 
     def begin(self, how: Any) -> bool:
-        """Return True if the archive is there; refuse what `how` does not resume or replace.
+        """Return True if the archive is there, complete and made by this version.
 
-        The archive of another version is not: it is computed again, as numbers may differ.
+        That of another version is computed again, as numbers may differ.  Raises `RequestError` for
+        a file that `how` does not resume or replace.
         """
         self._outdated = []
         if self._in_memory is not None:

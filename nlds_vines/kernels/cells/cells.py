@@ -51,7 +51,10 @@ STABLE = 2.5  # longest step of rk4 in units of 1/rate: RK4 is unstable beyond 2
 
 @by_wall
 def held_at(wall, ps, damper, begun):
-    """Return the prepared motion on a wall, if its law has one; begun: as in `prepared_cell`."""
+    """Return the prepared motion on a wall, if its law has one; begun: as in `prepared_cell`.
+
+    In general there is none; a law that has one replaces this kernel by its own (`by_wall`).
+    """
     return None
 
 
@@ -127,8 +130,9 @@ def run_cell(parts, cell, state, span, buffers):
     """Advance `state` (STATE_SIZE,) over the transient and a `Span` of periods; return a status.
 
     From the last state of an earlier run of the cell, the orbit goes on as that run would have.
-    parts: `Parts`; cell: the numbers of `model.system.CELL`; span.first: periods of the transient,
-    None if there never is one, so that nothing is compiled for it; buffers: `CellBuffers`.
+    parts: `Parts`; cell: a record of `model.presets.cell_type`; span.first: periods of the
+    transient, None if there never is one, so that nothing is compiled for it; buffers:
+    `CellBuffers`.
     """
     status, prepared = checked_cell(parts, cell, span.stops, PERIOD)
     if status == BAD_PARAMETERS or lacks_limit(buffers.violation, cell.limit):

@@ -1,13 +1,15 @@
 """From a state to the next touch of any wall, certified, or to the end of a flight.
 
-In a cell of some level the ends and the bound of r'''' prove by cubics (`roots`) that no wall is
-touched; if they do not, those of its halves may do so. Otherwise the next level is tried. If r only
-rises to a wall in a long cell (`grid`), Newton's method locates the touch. In a smallest cell the
-Taylor polynomial of r decides (`touch.first_touch`). A touch that is lost there ends the orbit with
-a code.
+A period is divided into cells of several levels, of which 0 is the coarsest (`grid`). In a cell of
+some level the ends and the bound of r'''' prove by cubics (`roots`) that no wall is touched; if
+they do not, those of its halves may do so. Otherwise the next level is tried. If r only rises to a
+wall in a long cell (`grid`), Newton's method locates the touch. In a smallest cell the Taylor
+polynomial of r decides (`touch.first_touch`). A touch that is lost there ends the orbit with a
+code.
 
-After a short impact the state is that at the beginning of a long cell from which the motion after
-the impact would have come without it (`host_impact`): its base. Elsewhere a state is its own base.
+After a short impact the motion goes on from a state that never was, its base: that at the beginning
+of the long cell from which free flight leads to the motion after the impact (`host_impact`).
+Elsewhere a state is its own base.
 """
 
 from __future__ import annotations

@@ -9,17 +9,19 @@ without approximation
 
     db/dphi = S a b u / (2 den)      dt/dphi = (5/2) c b^5 u / den      den = kappa b^6 - a u^2
 
-and two slow unknowns for the motion common to both masses, on which the contact does not act. The
-right-hand sides are small and smooth, the touch is phi = 0, the deepest point S = 0 and the release
-u = 0 again, so that no root has to be found. Collocation at Gauss points turns the equations into a
-fixed-point iteration that contracts by about one per cent a sweep.
+with c = sqrt(4 kappa / 5), and two slow unknowns for the motion common to both masses, on which the
+contact does not act. The right-hand sides are small and smooth, the touch is phi = 0, the deepest
+point S = 0 and the release u = 0 again, so that no root has to be found. Collocation at Gauss
+points turns the equations into a fixed-point iteration that contracts by about one per cent a
+sweep.
 
 To high accuracy a consists of five small numbers: a force, a drag, a drift, a spring and a
 curvature (`Approach`). Power series in them, prepared once (`impact_series`), give the initial
 guess of the sweeps and the error of the collocation, which is subtracted. The remaining error is at
-most C_n e^(3/2), e being the sum of their sizes; the number n of nodes follows from the tolerance.
-Then the balances of energy and virial, with all forces taken anew from eq. (5), must hold to the
-tolerance (`at_end`). If they do not, the impact is solved with more nodes, and finally stepped.
+most C_n e^(3/2), e being the sum of their sizes with the weights of `approach_of`; the number n of
+nodes follows from the tolerance. Then the balances of energy and virial, with all forces taken anew
+from eq. (5), must hold to the tolerance (`at_end`). If they do not, the impact is solved with more
+nodes, and finally stepped.
 
 At the end of the interval the integrals converge far faster than inside it. So the depth, if it is
 recorded, is computed as the end of a second solution, on nodes between touch and deepest point.

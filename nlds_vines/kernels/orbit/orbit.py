@@ -117,8 +117,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     """Advance `state` (STATE_SIZE,) over a `Span` and fill the buffers; return a status.
 
     prepared: a `Prepared` cell with walls; span.stops must divide the cells of its grid. buffers:
-    `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, the
-    grid of the exact flight, propagates them with either method.
+    `OrbitBuffers`. tangent: (16,) four variations one after the other, a `Driven`, or None;
+    `exact_grid`, the grid of the exact flight, propagates them with either method.
     """
     # Fields with arrays get names and become bare rows: every read of such a field, and every
     # array handed on in the loop, costs counts of references.

@@ -145,7 +145,9 @@ def first_touch(w, x, end, sign, level, bend, jerk):
         if slope > 0.0:
             piece = min(piece, 2.0 * clearance / slope)
         safe = safe_distance(clearance, slope, min(bend, curve + jerk * piece))
-        if slope <= 0.0:  # also safe: a step with a depth below round-off, one with r concave
+        # while r falls, a step is also safe over which r can rise above the wall by round-off only,
+        # and one over which r'' stays negative
+        if slope <= 0.0:
             safe = max(safe, math.sqrt(8.0 * tolerance / bend))
             safe = max(safe, -curve / jerk)
         if safe >= piece:

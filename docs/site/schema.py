@@ -16,6 +16,7 @@ from typing import Any
 from reference import REQUESTS
 
 from nlds_vines import errors
+from nlds_vines.continuation.request import FUNCTION
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import SYSTEM_KEYS, system_names
 from nlds_vines.model.dampers import DAMPER_KEYS, SPRING_KEYS, WALL_KEYS
@@ -185,6 +186,12 @@ def schema() -> Schema:
             "places": {"type": "object", "additionalProperties": {"type": "array"}},
             "along": named(PARAMETERS, ends),
             "plane": named(PARAMETERS, ends),
+            "monitors": {
+                "type": "object",
+                "additionalProperties": {
+                    "anyOf": [{"type": "number"}, NUMBERS, {"enum": [FUNCTION]}]
+                },
+            },
             **tables(),
         }
     )

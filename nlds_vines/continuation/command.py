@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -18,10 +18,11 @@ import numpy as np
 
 from nlds_vines.archives.provenance import CONTINUATION, SCAN
 from nlds_vines.cli import command as commands
-from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers_by_name
+from nlds_vines.cli.options import SET, SYSTEM, Option, ends, named, numbers, numbers_by_name
 from nlds_vines.cli.running import existing
 from nlds_vines.continuation.branch_panels import names_of
 from nlds_vines.continuation.request import (
+    FUNCTION,
     STARTS,
     Begin,
     Continuation,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from nlds_vines.engine.classification import Regime
 
     PeriodicOrbit = Regime | Crossing
+    Monitor = Callable[[Crossing], float] | float | Sequence[float]
 
 _NAME = "continuation"
 ALIKE = 1e-9  # relative difference up to which two values of a parameter count as equal
@@ -71,6 +73,7 @@ def continue_branch(
     to: str | os.PathLike[str] | None = None,
     period: int | None = None,
     plane: tuple[str, float, float] | None = None,
+    monitors: Mapping[str, Monitor] | None = None,
     doublings: int | None = None,
     starts: int = STARTS,
     seed: int = 0,
@@ -108,6 +111,11 @@ def continue_branch(
     plane : (str, float, float), optional
         A second parameter, its smallest and its largest value around the system's own: curves of
         special points are followed in the plane of both.
+    monitors : mapping of str to callable, float or sequence of floats, optional
+        By the name of a quantity (``"largest_force"``, ``"E1max"``, ``"largest_multiplier"`` ...),
+        the values at which it is located along branches.  By any other name, a function of an
+        orbit, the `Crossing` that `Continued.orbits_at` returns, whose zeros are located; where it
+        is not finite, it has none.  They are special points of kind UZ.
     doublings : int, optional
         Number of successive period doublings whose branches are followed, by default 0.
     starts, seed : int
@@ -171,6 +179,11 @@ def continue_branch(
         "tolerance": tolerance,
     }
     changes: dict[str, Any] = {"search": {k: v for k, v in search.items() if v is not None}}
+    functions: dict[str, Callable[..., Any]] = {}
+    for name, one in (monitors or {}).items():
+        if callable(one):
+            functions[name] = one
+        changes.setdefault("monitors", {})[name] = FUNCTION if callable(one) else one
     if plane is not None:
         changes["plane"] = {plane[0]: {"start": plane[1], "stop": plane[2]}}
     if parameter is not None and bounds is not None:
@@ -190,6 +203,8 @@ def continue_branch(
         several: Any = start if has_orbits else [start]
         orbits = [_periodic_start(request, one, period) for one in several]
         request = load_continuation(request, {"start": _columns(orbits)}, "continue_branch")
+    if functions:
+        request = replace(request, functions=functions)
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     result: Continued = Job.compute(request, system, to, how)
     return result
@@ -363,6 +378,12 @@ def _load(source: Any, changes: dict[str, Any], changes_from: str) -> Continuati
     return load_continuation(source, changes, changes_from)
 
 
+def _values(option: str, text: str) -> float | list[float]:
+    """Return the number, or the numbers between commas, of a text."""
+    values = numbers(option, text)
+    return values[0] if len(values) == 1 else values
+
+
 def _interval(option: str, text: str) -> dict[str, float]:
     return ends(option, text, "start", "stop")
 
@@ -386,6 +407,13 @@ main = commands.of_task(
             "plane",
             _interval,
             False,
+        ),
+        named(
+            "--monitor",
+            "NAME=VALUE",
+            "where a quantity has a value: largest_force=1e4, E1max=50,100",
+            "monitors",
+            _values,
         ),
         Option(
             "--from",

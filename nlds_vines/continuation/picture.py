@@ -59,6 +59,7 @@ _FRAME_WIDTH = 1.0
 _FRAME: dict[str, Any] = {
     "markerfacecolor": "none", "markersize": 6.5, "markeredgewidth": _FRAME_WIDTH
 }  # fmt: skip
+_STAR: dict[str, Any] = {"markersize": 8, "markeredgecolor": NAVY}
 _STOP: dict[str, Any] = {
     "linestyle": "none", "color": "#444444", "markersize": 5, "markeredgewidth": 1.0, "zorder": 4
 }  # fmt: skip
@@ -176,6 +177,10 @@ def _fill(axes: Axes, result: Continued, panel: Panel, scan: ArchiveView | None 
     else:
         for branch in result.branches:
             _fill_branch(axes, branch, panel)
+    for one in result.request.monitors:
+        if one.name == panel.name:
+            for value in one.values or (0.0,):
+                axes.axhline(value, color=GRAY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1)
     for number, row in enumerate(result.special_points):
         look = _look_of(row.kind)
         for value in drawable(panel.at_special(result, number)):
@@ -249,6 +254,8 @@ def _with_neighbors(chosen: np.ndarray) -> np.ndarray:
 def _look_of(kind: str) -> dict[str, Any]:
     """Return the look of a special point; a grazing is a frame around what coincides with it."""
     look = {**_POINT, **MARKS[kind]}
+    if kind == "UZ":
+        return look | _STAR
     if kind != "GR":
         return look
     color = look["color"]
@@ -271,7 +278,7 @@ def _handles(
         handles += [Line2D([], [], label=label, **look) for label, look in _MULTIPLIERS.items()]
     for kind in MARKS:
         if kind in result.special_points.kind:
-            look = {**_look_of(kind), "markeredgewidth": _FRAME_WIDTH if kind == "GR" else 0.0}
+            look = _look_of(kind)
             handles.append(Line2D([], [], label=f"{kind} {WORDS[kind]}", **look))
     handles += _stop_handles(branch.ends for branch in result.branches)
     if over:

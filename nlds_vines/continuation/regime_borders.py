@@ -157,7 +157,8 @@ def _walked(
     branch = result.branches[number]
     values, toward = branch.parameter, 1.0 if until > value else -1.0
     ahead = 1 if (values[segment + 1] - values[segment]) * toward > 0.0 else -1
-    rows = result.special_points[result.special_points.branch == number]
+    every = result.special_points
+    rows = every[(every.branch == number) & (every.kind != "UZ")]
     events: list[tuple[str, float]] = []
     label = str(branch.labels[segment + (ahead > 0)])
     while 0 <= segment < len(values) - 1:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from nlds_vines.archives.provenance import CONTINUATION, Value
+from nlds_vines.continuation.branch_panels import monitored_quantities
 from nlds_vines.engine.solver_settings import TOLERANCES, tolerance_setting
-from nlds_vines.errors import RequestError, at, checked_state, number, shown, string, table
+from nlds_vines.errors import RequestError, at, checked_state, choice, number, shown, string, table
 from nlds_vines.model.axis import Interval
 from nlds_vines.model.labels import PERIODIC, TRANSIENT
 from nlds_vines.model.parameters import symbol_of
@@ -37,6 +38,7 @@ POLICIES = ("rest", "random", "label", "orbits")
 STARTS = 100  # default number of random starts
 PERIODS = Whole(1, 10**6)  # check of the number of forcing periods of a start orbit
 MOST_ORBITS = 10_000  # in a request
+FUNCTION = "function"  # in a file, the value of a monitor that is a function of Python
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,45 @@ class Begin:
         return tuple(map(Orbit, self.states, self.values, self.periods))
 
 
+@dataclass(frozen=True)
+class Monitored:
+    """A quantity and the values at which it is located; without values, a function of Python."""
+
+    name: str
+    values: tuple[float, ...] = ()
+
+    @property
+    def is_function(self) -> bool:
+        return not self.values
+
+    @property
+    def dataset(self) -> str:  # of a function
+        return f"monitor_{self.name}"
+
+    @property
+    def entry(self) -> Any:
+        """Its value in the table [monitors]."""
+        if self.is_function:
+            return FUNCTION
+        return self.values[0] if len(self.values) == 1 else list(self.values)
+
+    @classmethod
+    def of(cls, name: str, entry: object, quantities: Collection[str]) -> Monitored:
+        """Return the monitor of an entry of [monitors]: a number, a list of numbers, "function"."""
+        if entry == FUNCTION:
+            if not name.isidentifier() or name in quantities:
+                raise RequestError(
+                    f"{name} is no name for a function: it must be an identifier, and no quantity"
+                )
+            return cls(name)
+        choice("quantity", name, quantities)
+        values = entry if isinstance(entry, list | tuple) else [entry]
+        numbers = tuple(number(name, value) for value in values)
+        if not numbers or len({*numbers}) < len(numbers):
+            raise RequestError(f"{name} = {shown(entry)} must be different numbers")
+        return cls(name, numbers)
+
+
 def _listed(key: str, value: object) -> list[Any] | tuple[Any, ...]:
     if not isinstance(value, list | tuple):
         raise RequestError(f"{key} = {shown(value)} must be a list")
@@ -120,6 +161,10 @@ class Continuation(Request):
         Limits of the search, as in `continue_branch`.
     plane : Interval, optional
         A second free parameter, for curves of special points.
+    monitors : tuple of Monitored
+        The quantities with the values at which they are located.
+    functions : mapping of str to callable
+        The monitors that are functions of Python, by name; a file holds their names alone.
 
     Raises
     ------
@@ -149,6 +194,8 @@ class Continuation(Request):
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("search", TOLERANCES["fine"])
     plane: Interval | None = None
+    monitors: tuple[Monitored, ...] = ()
+    functions: Mapping[str, Callable[..., Any]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         string("title", self.title)
@@ -222,10 +269,15 @@ class Continuation(Request):
             "start": begin,
             "search": entries(self, "search"),
             **({} if self.plane is None else {"plane": self.plane.entry()}),
+            **({"monitors": self._monitor_entries} if self.monitors else {}),
         }
 
+    @property
+    def _monitor_entries(self) -> dict[str, Any]:
+        return {one.name: one.entry for one in self.monitors}
 
-FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane"))
+
+FORM = Form("continuation", (Begin, Continuation), whole=("along", "plane", "monitors"))
 DEFAULT_SYSTEM, DEFAULT_ALONG = "ssul-set6", Interval("omega", 5.0, 9.0)
 
 
@@ -283,6 +335,10 @@ def load_continuation(
         bare = system.with_axes(dict.fromkeys(varied))  # without a force, if the ground's varies
         words = [bare.in_words(), *request.set_in_words(bare, varied)]
         title = f"{', '.join(words)}: branches along {symbol_of((along.stated or along).name)}"
+    monitors = []
+    with at(request.place("monitors")):
+        for name, entry in request.table("monitors").items():
+            monitors.append(Monitored.of(name, entry, monitored_quantities(system.scene)))
     # a label, or orbits, without a policy imply it
     start = request.of(Begin)
     policy = "orbits" if start.get("states") else "label" if start.get("label") else "rest"
@@ -297,6 +353,7 @@ def load_continuation(
         along=along,
         begin=begin,
         plane=intervals.get("plane"),
+        monitors=tuple(monitors),
     )
 
 

@@ -6,7 +6,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -41,6 +41,7 @@ MARKS: dict[str, dict[str, Any]] = {
     "BP": {"marker": "X", "color": HUES["black"]},
     "GR": {"marker": "D", "color": HUES["pink"]},
     "LIM": {"marker": "v", "color": HUES["orange"]},
+    "UZ": {"marker": "*", "color": HUES["sky"]},
 }
 
 # the marks of ends in the middle of a picture: of branches, and of curves in a plane
@@ -48,7 +49,7 @@ STOPS = {"lost": "x", "long": "+", "unstable": "|", "neutral": "|"}
 
 WORDS = {
     "LP": "fold", "PD": "period doubling", "NS": "torus", "BP": "branch point",
-    "GR": "grazing", "LIM": "limit touched",
+    "GR": "grazing", "LIM": "limit touched", "UZ": "monitor",
 }  # fmt: skip
 
 # CF flags of datasets
@@ -64,6 +65,9 @@ STATE_UNITS = "m, m/s"
 DEFECT = "closing error of the orbit, relative"
 INCOMPLETE = {"lost", "long"}  # ends of branches and curves that are not complete
 RESOLVED = 1.0e-10  # largest last bracket of a resolved special point, relative to the parameter
+# residual of a monitor, relative to its size beside the point, above which it jumps there
+JUMP = 1.0e-6
+
 NEWTON_STEPS = 8  # for an angle: the error of the first is up to 1/4 turn, then its cube
 
 # dimensions of datasets that an archive leaves out if they are empty
@@ -115,6 +119,8 @@ class Branch(Outlined):
         "start", or the special point at which it leaves another branch: "PD" or "BP".
     parent : int
         Number of that branch; -1 for "start".
+    monitors : mapping of str to (points,) ndarray
+        The values of the functions among the monitors, by name.
     """
 
     parameter: np.ndarray
@@ -136,6 +142,7 @@ class Branch(Outlined):
     ends: tuple[str, str]
     origin: str
     parent: int
+    monitors: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -164,6 +171,16 @@ class Crossing(Outlined):
         Number of multipliers outside the unit circle.
     sections : (n, 4) ndarray
         The states one, two, ... periods later; the last one is `state`.
+    impacts : (2,) ndarray
+        Impacts per nT at the near and the far wall; of a host, at each of its walls.
+    E1max, E2max : float
+        Largest energies [J]; E2max is NaN without a damper, and (dampers,) of several.
+    clearance : float
+        Smallest distance [m] of a pass that misses a wall; inf without any.
+    softest_impact, fastest_impact : float
+        Smallest and largest approach speed [m/s]; inf and 0 without an impact.
+    largest_force : float
+        Largest contact force [N].
     """
 
     branch: int
@@ -174,6 +191,13 @@ class Crossing(Outlined):
     multipliers: np.ndarray
     unstable: int
     sections: np.ndarray
+    impacts: np.ndarray
+    E1max: float
+    E2max: float | np.ndarray
+    clearance: float
+    softest_impact: float
+    fastest_impact: float
+    largest_force: float
 
     @property
     def period(self) -> int:
@@ -276,6 +300,11 @@ class Continued(Drawable):
                     ends=(words[int(t["first_end"][i])], words[int(t["last_end"][i])]),
                     origin=list(ORIGINS)[int(t["origin"][i])],
                     parent=int(t["parent"][i]),
+                    monitors={
+                        one.name: t[one.dataset][rows]
+                        for one in self.request.monitors
+                        if one.is_function
+                    },
                     **{**dict.fromkeys(names, np.full(len(states), np.nan)), **along},
                 )
             )
@@ -285,15 +314,15 @@ class Continued(Drawable):
     def special_points(self) -> np.recarray:
         """The special points, a row each, branch after branch.
 
-        The columns are kind (LP, PD, NS, BP, GR or LIM); value of the parameter; before and after,
-        the labels along the branch; residual of the test function, relative (of a BP, the
+        The columns are kind (LP, PD, NS, BP, GR, LIM or UZ); value of the parameter; before and
+        after, the labels along the branch; residual of the test function, relative (of a BP, the
         difference of two extrapolations; the closing error is defect); bracket, the width of the
         last bracket in units of the parameter; resolved, whether that is at most 1e-10 of the
         value; defect, the closing error, relative; wall of a grazing impact; branch, its number;
         index of the preceding point of its branch; periodicity, n of nT; state at phase zero [m,
         m/s]; switch, the outcome of following the branch that leaves there: none, followed, known
         or failed; rotation, of an NS the rotation number of the torus, in turns per nT: |arg mu| /
-        2 pi, NaN of other kinds.
+        2 pi, NaN of other kinds; monitor, of a UZ the quantity and its value, or a function's name.
         """
         t = self.tables
         values, bracket = t[f"special_{self.request.along.name}"], t["bracket"]
@@ -312,6 +341,7 @@ class Continued(Drawable):
             "state": ((float, t["special_state"].shape[1:]), t["special_state"]),
             "switch": ("U8", [Switch(int(code)).name.lower() for code in t["switch"]]),
             "resolved": (bool, bracket <= RESOLVED * np.abs(values)),
+            "monitor": ("U64", t.get("special_monitor", np.full(len(values), "")).astype(str)),
             "rotation": (float, t.get("rotation", np.full(len(values), np.nan))),
         }
         kinds = [(name, kind) for name, (kind, _) in columns.items()]
@@ -392,19 +422,7 @@ class Continued(Drawable):
                 if any(is_same(section_map, cycle, other) for other in cycles):
                     continue
                 cycles.append(cycle)
-                state = section_map.states_of(cycle.place[np.newaxis])[0]
-                places = np.column_stack([cycle.points[:, : len(state)], np.full(cycle.n, value)])
-                crossing = Crossing(
-                    branch=i,
-                    system=there,
-                    value=value,
-                    label=cycle.label,
-                    state=state,
-                    multipliers=cycle.multipliers,
-                    unstable=cycle.unstable,
-                    sections=section_map.states_of(places),
-                )
-                crossings.append(crossing)
+                crossings.append(crossing_of(section_map, there, i, cycle))
         return crossings
 
     def cycles_at(
@@ -491,6 +509,10 @@ def _change_in_words(row: Any) -> str:
     if row.wall:
         several = row.wall == "both" or " " in row.wall
         words += f" ({row.wall} wall{'s' * several})"
+    if row.monitor:
+        words += f"; {row.monitor}"
+        if row.residual > JUMP:
+            words += ", across which it jumps"
     if row.kind == "NS":
         words += f"; rotation number {row.rotation:.8g}"
     if not row.resolved:
@@ -498,6 +520,36 @@ def _change_in_words(row: Any) -> str:
     if row.switch == "failed":
         words += "; the branch that leaves there was not found"
     return words
+
+
+def crossing_of(section_map: SectionMap, system: System, branch: int, cycle: Cycle) -> Crossing:
+    """Return an orbit at phase zero, of a branch and of a system with the orbit's value."""
+    size, value = section_map.size, float(cycle.values[0])
+    places = np.column_stack([cycle.points[:, :size], np.full(cycle.n, value)])
+    extremes = section_map.measure(cycle.place[np.newaxis], np.array([cycle.n]))
+    energy, (fastest, force) = extremes.energy[0], extremes.strokes[0].tolist()
+    E2max: float | np.ndarray = math.nan
+    if system.scene.dampers:
+        E2max = energy[1:]
+    elif system.scene.damper:
+        E2max = float(energy[1])
+    return Crossing(
+        branch=branch,
+        system=system,
+        value=value,
+        label=cycle.label,
+        state=section_map.states_of(cycle.place[np.newaxis])[0],
+        multipliers=cycle.multipliers,
+        unstable=cycle.unstable,
+        sections=section_map.states_of(places),
+        impacts=np.array(cycle.counts),
+        E1max=float(energy[0]),
+        E2max=E2max,
+        clearance=cycle.clearance,
+        softest_impact=cycle.slowest,
+        fastest_impact=fastest,
+        largest_force=force,
+    )
 
 
 def map_of(request: Continuation, free: int = 1) -> SectionMap:
@@ -586,6 +638,14 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield Dataset.real("rotation", dims, "1", words), rotation_of
     yield Dataset.text("before", dims, "label before it along the branch"), lambda s: s.before
     yield Dataset.text("after", dims, "label after it along the branch"), lambda s: s.after
+    if request.monitors:
+        words = "the monitor that is zero"
+        yield Dataset.text("special_monitor", dims, words), lambda s: s.monitor
+    for one in request.monitors:
+        if one.is_function:
+            words = f"{one.name}, a function of the user"
+            yield Dataset.real(one.dataset, ("point",), "1", words), None
+            yield Dataset.real(f"special_{one.dataset}", dims, "1", words), None
     yield Dataset.text("special_wall", dims, "wall of a grazing impact"), lambda s: s.wall
     words = "test function there, relative"
     yield Dataset.real("special_residual", dims, "1", words), lambda s: s.residual

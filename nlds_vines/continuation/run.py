@@ -12,6 +12,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.continuation.branch_arm import MOST_POINTS as BRANCH_POINTS
 from nlds_vines.continuation.branch_arm import Bounds
 from nlds_vines.continuation.exploration import Explorer, Piece, Seed
+from nlds_vines.continuation.monitors import add_zeros, monitors_of, numbers_along
 from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.continuation.result import (
     CURVE_END_FLAGS,
@@ -270,6 +271,7 @@ def compute(
         request.points or BRANCH_POINTS,
         along.falls,
     )
+    monitors = monitors_of(request, section_map)
     seeds = seeds_of(request, section_map, tell)
     section_map.compile(tell)
     tracks = explorer.run(seeds)
@@ -277,7 +279,9 @@ def compute(
         raise RequestError(
             "Newton's method closed no periodic orbit from the start: give a nearer state"
         )
+    add_zeros(section_map, tracks, monitors)
     tables = tables_of(request, section_map, tracks)
+    tables |= numbers_along(request, section_map, tracks)
     if request.plane is None:
         return tables
     specials = [special for track in tracks for special in track.specials]

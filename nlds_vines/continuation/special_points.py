@@ -3,6 +3,7 @@
 LP  fold              PD  period doubling         NS  torus (Neimark and Sacker)
 BP  branch point      GR  grazing: an impact appears or vanishes
 LIM the limit of a scene is touched
+UZ  a monitor is zero
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from nlds_vines.continuation.arclength import Point, along, close, length, point_of
 from nlds_vines.engine.section_map import Cycle, SectionMap, bordered, shifted
 
-KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
+KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM", "UZ")
 
 NARROW = 1.0e-12  # weighted length of the last bracket
 MOST_TRIALS = 80  # for one special point: usually 8 or 9, about 40 where the test function jumps
@@ -47,6 +48,7 @@ class Special:
     bracket: float  # width of the last bracket, in units of the parameter
     wall: str = ""  # of a GR whose impact is known: "near", "far" or "both"; "cell1+"
     index: int = 0  # of the preceding point of the branch
+    monitor: str = ""  # of a UZ: `largest_force = 10000 N`, or the name of a function
 
     @property
     def value(self) -> float:  # of the parameter

@@ -302,7 +302,7 @@ def _provenance(results: Stored, left_out: str) -> str:
 
 _MARKERS = {
     "o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond",
-    "v": "inverted_triangle",
+    "v": "inverted_triangle", "*": "star",
 }  # fmt: skip
 _LOOKS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
 _ENERGIES = ("E1max", "E2max")
@@ -336,6 +336,8 @@ def special_table(result: Continued, results: Stored) -> Table:
     (name, one), *others = (results.shown(item.name) for item in result.request.free)
     for row in result.special_points:
         change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
+        if row.monitor:
+            change += f"; {row.monitor}"
         rows.append((str(row.kind), f"{name} = {row.value / one:.8g}", change))
     for curve in result.curves:
         for kind, first, second in curve.meetings:

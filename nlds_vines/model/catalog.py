@@ -21,7 +21,8 @@ from nlds_vines.model.system import NOT_GIVEN, General, Preset, System, general_
 # of a scan file, of which `load_system` reads `system` and `set`
 MARKS = (  # keys that only some kinds of request have at the top of their files
     "vary", "samples", "record", "spectrum", "free", "over", "surface", "uncertain", "places",
-    "along", "plane", "portrait", "column", "figure", "panels", "curves", "systems", "load",
+    "along", "plane", "monitors", "portrait", "column", "figure", "panels", "curves", "systems",
+    "load",
 )  # fmt: skip
 FILE_KEYS = ("title", "system", "set", "start", "search", "sampling", *MARKS)
 SYSTEM_KEYS = (

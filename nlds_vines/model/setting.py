@@ -333,7 +333,9 @@ class Form:
         places = [name for name, settings in self.tables.items() if key in settings]
         if key in DESCRIBED:
             of_parameters = (*self.names, *self.whole)
-            places += [name for name in of_parameters if name not in ("samples", "places")]
+            places += [
+                name for name in of_parameters if name not in ("samples", "places", "monitors")
+            ]
         if not places:
             return unknown("key", key, self.keys)
         words = [f"[{name}]" if is_command() else f"{name}={{{key!r}: ...}}" for name in places]

@@ -63,7 +63,7 @@ class HostKernels:
             length = HostOrbits(self._system).layout.impacts.stop
             outputs = replace(outputs, evidence=np.full((*shape, length), np.nan))
         has_records = not {"energy", "response"}.isdisjoint(self._wanted.want)
-        compile_host(self._tell, has_records, outputs.evidence is not None)
+        compile_host(self._system, self._tell, has_records, outputs.evidence is not None)
         arguments = sweeps, starts, Span(transient, periods, 1), outputs
         on_threads(self._sweep, arguments, len(sweeps), 1, MOST_AT_ONCE)
         return outputs

@@ -155,7 +155,12 @@ class HostLoads:
             stroke[i] = combined(orbit.states[:, ::2], row)
             if damper.m is not None:  # dampers with a mass come first
                 k = count + i
-                E2[i] = 0.5 * (damper.m * V[:, k] * V[:, k] + damper.k * X[:, k] * X[:, k])
+                E2[i] = 0.5 * damper.m * V[:, k] * V[:, k]
+                if damper.spring is None:
+                    E2[i] += 0.5 * damper.k * X[:, k] * X[:, k]
+                else:
+                    r = stroke[i]
+                    E2[i] += 0.5 * damper.k * r * r + damper.spring.energy(r)
         histories = {"E1": energy, "x": x, "a": a}
         if system.dampers:
             histories["stroke"] = stroke
@@ -193,7 +198,7 @@ def longest_cell(system: General, duration: float) -> float:
 
     It is `REACH` at the rate of the second slowest motion; the kernels halve it for faster ones.
     """
-    own = [damper.k / damper.m for damper in system.dampers if damper.m]
+    own = [abs(damper.k) / damper.m for damper in system.dampers if damper.m]
     rates = np.sort(np.concatenate([system.host.frequencies[:2], np.sqrt(own)]))
     rates = rates[rates > 0.0]
     if not rates.size:

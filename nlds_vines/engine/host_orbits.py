@@ -25,12 +25,14 @@ from nlds_vines.kernels.hosts.host_contact import (
 from nlds_vines.kernels.hosts.host_orbit import run_host
 from nlds_vines.kernels.hosts.host_watch import HostRecords
 from nlds_vines.kernels.hosts.modes import fill_modes
+from nlds_vines.kernels.hosts.springs import COLUMNS_OF_SPRING, Springs
 from nlds_vines.kernels.hosts.walls import SCALES, Contacts, Laws, Walls
 from nlds_vines.kernels.impact.arc import COARSE, SETTLED, make_arc
 from nlds_vines.kernels.scene import codes
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.kernels.scene.law import HIGHEST, SCRATCH
 from nlds_vines.kernels.scene.scene import Span
+from nlds_vines.model.dampers import Damper, Spring
 from nlds_vines.model.host import Host, modal_damping
 from nlds_vines.model.parameters import CONSTANTS, DAMPING, SIDES
 from nlds_vines.model.system import General
@@ -57,12 +59,6 @@ class HostOrbits:
 
     def __init__(self, system: General, tolerance: float = TOLERANCE) -> None:
         host, self.system = system.host, system
-        for damper in system.dampers:
-            if damper.spring is not None:
-                raise RequestError(
-                    f"damper {damper.name!r} has a nonlinear spring, under which no motion is "
-                    "computed yet"
-                )
         n = len(host.inertia)
         if n > MOST_COORDINATES:
             raise RequestError(
@@ -96,6 +92,7 @@ class HostOrbits:
             answers=(rows * inverse).ravel(),
             stiffness=np.array([float(damper.k) for damper in system.dampers]),
             dashpots=np.array([float(damper.c) for damper in system.dampers]),
+            springs=springs_of(system),
         )
         laws = [LAWS_IN_KERNELS.index("power" if wall.is_damped else wall.law) for _, wall in walls]
         constants, margins = np.zeros(len(walls), _CONSTANTS), []
@@ -145,7 +142,9 @@ class HostOrbits:
             rows = np.vstack([rows, rows])
         count = 1 + len(system.masses) if energy else 0
         m = np.concatenate([np.ones(n), [damper.m for damper in system.masses]])
-        k = np.concatenate([self.body.squares, [damper.k for damper in system.masses]])
+        # the energy of a spring that is not linear depends on its own shortening (`add_potential`)
+        stiffness = [damper.k if damper.spring is None else 0.0 for damper in system.masses]
+        k = np.concatenate([self.body.squares, stiffness])
         return HostRecords(
             masses=m if count else np.zeros(0),
             springs=k if count else np.zeros(0),
@@ -339,6 +338,24 @@ class HostOrbits:
         return table
 
 
+def springs_of(system: General) -> Springs | None:
+    """Return the springs of a system that are not linear, None if all are."""
+    sprung = [i for i, damper in enumerate(system.dampers) if damper.spring is not None]
+    if not sprung:
+        return None
+    count = len(sprung)
+    k2, k3, k5 = np.array([system.dampers[i].coefficients for i in sprung], dtype=float).T
+    return Springs(
+        number=count,
+        links=np.array(sprung, dtype=np.int64),
+        k2=np.ascontiguousarray(k2),
+        k3=np.ascontiguousarray(k3),
+        k5=np.ascontiguousarray(k5),
+        series=np.zeros(count * (HIGHEST + 1) * COLUMNS_OF_SPRING),
+        fast=np.zeros(count),
+    )
+
+
 def rows_of(impacts: Impacts) -> np.ndarray:
     """Return the impacts as rows of the columns OF_WALL to OF_IMPULSE."""
     return impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
@@ -366,12 +383,20 @@ def follow_host(
         return (*orbits.follow(state, span, records, has_depths=has_depths), np.zeros(0))
 
 
-def compile_host(tell: Tell | None, has_records: bool = False, is_judged: bool = False) -> None:
-    """Compile the kernels of hosts, unless the cache has them, by an orbit of no period."""
-    system = General(Host(M=[[1.0]], K=[[1.0]]), (), {}, {"acceleration": 0.0}, 1.0)
+def compile_host(
+    system: General, tell: Tell | None, has_records: bool = False, is_judged: bool = False
+) -> None:
+    """Compile the kernels of hosts such as a system, unless the cache has them.
+
+    By an orbit of no period of a host with one damper, with a spring if the system has one.
+    """
+    dampers = [Damper("a", "x1", m=1.0, spring=Spring(k3=1.0))] if springs_of(system) else []
+    host = Host(M=[[1.0]], K=[[1.0]])
+    system = General(host, tuple(dampers), {}, {"acceleration": 0.0}, 1.0)
     orbits = HostOrbits(system, 1.0)
     span, effort = (Span(0, 3, 1), "quick") if is_judged else (Span(0, 0, 1), "")
-    follow_host(orbits, np.zeros(2), span, tell, orbits.records(has_records, ()), effort)
+    state = np.zeros(2 * orbits.size)
+    follow_host(orbits, state, span, tell, orbits.records(has_records, ()), effort)
 
 
 def energies_of(records: HostRecords, system: General) -> tuple[float, np.ndarray]:

@@ -61,7 +61,8 @@ class Orbit(Outlined):
     E1max, E2max : float
         Largest energies [J], equation (6), exact in time, without the transient.  Of a host E1max
         is kinetic and of its stiffness K, and E2max (dampers,) that of each damper's mass, with its
-        spring stretched by its own displacement; 0 of a damper without a mass.
+        spring stretched by its own displacement; 0 of a damper without a mass.  A `Spring` counts
+        by its shortening r: (m v^2 + k r^2) / 2 + k2 r^3 / 3 + k3 r^4 / 4 + k5 r^6 / 6.
     E1peak, E2peak : float
         The same, including the transient; not of hosts.
     response : mapping

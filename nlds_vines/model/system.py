@@ -1892,11 +1892,16 @@ class General(System):
         return total
 
     def _energy_of_mass(self, damper: Damper, states: np.ndarray) -> np.ndarray:
-        """Return (m v^2 + k x^2) / 2 [J], as `Orbit.E2max`."""
+        """Return (m v^2 + k x^2) / 2 [J], as `Orbit.E2max`; k r^2 / 2 + G(r) of its own spring."""
         row, _ = self.displacement(damper.name)
         x = displaced(row, states, 0)
         v = displaced(row, states, 1)
-        return 0.5 * (float(damper.m or 0.0) * v**2 + damper.k * x**2)
+        kinetic = 0.5 * float(damper.m or 0.0) * v**2
+        if damper.spring is None:
+            return kinetic + 0.5 * damper.k * x**2
+        stroke, _ = self.displacement(damper.stroke)
+        r = displaced(stroke, states, 0)
+        return kinetic + 0.5 * damper.k * r**2 + damper.spring.energy(r)
 
     def _force_on(self, damper: Damper, states: np.ndarray) -> np.ndarray:
         """Return the force [N] of a damper's walls on its mass, positive in the direction of x."""

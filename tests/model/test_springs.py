@@ -178,7 +178,3 @@ def test_the_named_sinks_have_the_numbers_of_their_sources():
     well = bistable.rests[-1].strokes["nes"]
     in_well = p["nes.k"] + bistable.dampers[0].spring.slope(well)
     assert in_well / p["nes.m"] == pytest.approx(1.0, rel=1e-14)
-
-
-def test_motions_are_not_computed_yet(error_of):
-    assert "damper 'nes' has a nonlinear spring" in error_of(nv.simulate, CUBIC, periods=1)

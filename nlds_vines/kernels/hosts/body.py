@@ -42,6 +42,7 @@ class Body(NamedTuple):
     answers: Any  # (links * size,) accelerations by a unit force along r [1/kg]
     stiffness: Any  # (links,) k of the links [N/m]
     dashpots: Any  # (links,) c of the links [N s/m]
+    springs: Any  # `springs.Springs` of the forces beside k r, or None
 
 
 @jit

@@ -118,7 +118,8 @@ def pairs_of(body, a):
 
     Pairs are (w x, v) of modes and (w r, s) of the links of masses. Link j of a mass is that of
     coordinate modes + j: r = (its part of the host) - u. A pair without stiffness has w = 0; its
-    place has no effect on any rate. The numbers of the drive stay as they are.
+    place has no effect on any rate. A negative stiffness counts as a positive one, and the pair
+    grows (`growth_of`). The numbers of the drive stay as they are.
     """
     n, size = body.modes, body.size
     squares = np.zeros(size)
@@ -132,9 +133,9 @@ def pairs_of(body, a):
         for j in range(size):
             stiffness = body.stiffness[link] * body.rows[row + j] * body.answers[row + j]
             if has_mass:  # in all k / mu
-                squares[mass] += stiffness
+                squares[mass] += abs(stiffness)
             elif j < n:
-                squares[j] += stiffness
+                squares[j] += abs(stiffness)
         if has_mass:
             for j in range(n):
                 back[mass, j] = back[size + mass, size + j] = body.rows[row + j]

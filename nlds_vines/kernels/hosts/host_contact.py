@@ -68,6 +68,15 @@ from .host_variations import (
     vary_step,
 )
 from .host_watch import largest_in, note_series, read_line
+from .springs import (
+    defect_of_springs,
+    kick_by_springs,
+    kick_variation,
+    length_by_springs,
+    push_springs,
+    push_springs_in_step,
+    scale_springs,
+)
 from .walls import (
     APART,
     FAST,
@@ -105,6 +114,7 @@ from .walls import (
 
 LONGEST_HELD = 0.5  # of a step that a rigid wall holds, in units of 1 / rate
 NEGLIGIBLE = 1.0e-14  # time before a release, in units of 1 / rate
+FLIGHT_TERMS = 0.25  # last terms of s along springs, in units of the tolerance
 LAST_POWERS = 5  # whose terms tell the radius of convergence: a free impact has every fifth alone
 
 NOT_SHORT = -3  # in place of a cell
@@ -166,6 +176,8 @@ def expand(body, walls, contacts, drive, unit, y):
     for n in range(HIGHEST + 1):
         row, at, per = width * n, SERIES + COLUMNS * n, unit / (n + 1.0)
         accelerate(body, S, row, S[row + extra + OF_DRIVE], S, row + 2 * size)
+        if body.springs is not None:
+            push_springs_in_step(body, S, row, n)
         for c in range(count):
             wall = active[1 + c]
             k, sign, link = scratch_of(contacts, wall), walls.signs[wall], walls.links[wall]
@@ -395,10 +407,16 @@ def note_misses_in_step(body, walls, contacts, clearance, x, table):
 def guess_of(body, walls, contacts, drive, rate, y, work):
     """Return a length of theta near that of a free impact, and fill the scales of the walls.
 
-    It is infinite if no wall in contact has speed or is pressed.
+    It is infinite if no wall in contact has speed or is pressed. A flight under springs, without
+    walls in contact, is as long as a hold.
     """
     active, scales, length = contacts.active, contacts.scales, math.inf
     accelerate(body, y, 0, drive[0], work, 0)
+    if body.springs is not None:
+        push_springs(body, y, work, 0)
+        scale_springs(body, rate, y, work)
+        if active[0] == 0:
+            length = LONGEST_HELD / rate
     for c in range(active[0]):
         wall = active[1 + c]
         at, external = SCALES * wall, outward_at(body, walls, wall, work, 0)
@@ -419,13 +437,16 @@ def guess_of(body, walls, contacts, drive, rate, y, work):
 
 
 @jit
-def length_of(walls, contacts, longest):
+def length_of(body, walls, contacts, longest):
     """Return the length of a step in units of theta whose last terms are within the tolerance.
 
     The radius of convergence is read from the last terms of s and q of the compliant walls in
     contact. The motion on rigid walls alone is as smooth as a flight, and has `LONGEST_HELD`.
     """
     active, scales, radius = contacts.active, contacts.scales, math.inf
+    if body.springs is not None:
+        granted = FLIGHT_TERMS * max(contacts.tolerance, LEAST_GRANTED)
+        longest = length_by_springs(body, granted, longest)
     for c in range(active[0]):
         wall = active[1 + c]
         k = scratch_of(contacts, wall)
@@ -481,6 +502,8 @@ def defect_of(body, walls, contacts, drive, x, y, work):
         missing += abs(off) / scales[at + FAST]
         off = slope_at(k, SERIES + AT_Q, COLUMNS, x) - others * scales[at + OWN_RATE]
         missing += abs(off) / scales[at + ROOT]
+    if body.springs is not None:
+        missing += defect_of_springs(body, x, unit * total, work)
     return x * missing / (HIGHEST + 1.0)
 
 
@@ -814,6 +837,8 @@ def leave_at_rest(body, walls, contacts, drive, left, rate, y, work):
     """
     active, touched, time = contacts.active, 0, 0.0
     accelerate(body, y, 0, drive[0], work, 0)
+    if body.springs is not None:
+        push_springs(body, y, work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
         if contacts.q[wall] > 0.0 or walls.law[wall] == IS_RIGID:
@@ -832,7 +857,12 @@ def leave_at_rest(body, walls, contacts, drive, left, rate, y, work):
         time = max(time, SOON * SOON / rate)
     time = min(time, left)
     if time > 0.0:
+        if body.springs is not None:
+            for i in range(2 * body.size):
+                contacts.end[i] = y[i]
         move(body, rate, drive, time, y, work)
+        if body.springs is not None:
+            kick_by_springs(body, contacts.end, time, y)
         for c in range(active[0]):
             wall = active[1 + c]
             if contacts.q[wall] == 0.0 and walls.law[wall] != IS_RIGID:
@@ -984,6 +1014,8 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
 def step_contacts(host, varied, watch, begun, y):
     """Follow the walls in contact until the last one is released, or to cell `stop`.
 
+    Under springs that are not linear flights are stepped, too, always to cell `stop`.
+
     varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`, time [s] of the
     period's beginning); y: the state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an
     event is lost or there are too many steps.
@@ -995,7 +1027,7 @@ def step_contacts(host, varied, watch, begun, y):
     elapsed, left = 0.0, (stop - j - x) * grid.h
     touched_at = origin + (j + x) * grid.h
     for step in range(MOST_STEPS):
-        if active[0] == 0:
+        if active[0] == 0 and host.body.springs is None:
             break
         if step == MOST_STEPS - 1:
             return LOST_TOUCH, x
@@ -1004,6 +1036,9 @@ def step_contacts(host, varied, watch, begun, y):
         elapsed += took
         if varied is not None and took > 0.0:
             vary_shortly(body, rate, varied, took, work)
+            if host.body.springs is not None:
+                for c in range(varied.number):
+                    kick_variation(body, y, took, varied.rows, 2 * size * c)
         if not elapsed < left:
             return stop, 0.0
         if active[0] > 1:
@@ -1019,7 +1054,7 @@ def step_contacts(host, varied, watch, begun, y):
         expand(body, walls, contacts, drive, unit, y)
         for c in range(active[0]):
             contacts.rough[active[1 + c]] = 0.0
-        h = length_of(walls, contacts, longest / unit)
+        h = length_of(body, walls, contacts, longest / unit)
         event, place, depth, stopped = ENDS, 0, 0.0, False
         for attempt in range(MOST_ATTEMPTS):
             h, event, place, depth = first_event(body, walls, contacts, h, table)

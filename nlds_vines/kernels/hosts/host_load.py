@@ -45,7 +45,7 @@ def under(body, h):
     return Body(
         body.modes, body.size, body.links, min(body.omega, MOST_PACE / h), h, 0.0, 1.0, body.drives,
         paces, body.squares, body.damping, body.coupling, body.coupled, body.push, body.rows,
-        body.answers, body.stiffness, body.dashpots,
+        body.answers, body.stiffness, body.dashpots, body.springs,
     )  # fmt: skip
 
 

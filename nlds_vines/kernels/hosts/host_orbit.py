@@ -308,6 +308,8 @@ def loop(host, varied, watch, span, state, section):
 @jit
 def run_part(host, varied, watch, ends, origin, y):
     """Advance y between two smallest cells of a period that begins at `origin` [s]."""
+    if host.body.springs is not None:
+        return step_part(host, varied, watch, ends, origin, y)
     body, grid, walls, contacts, _, scratch, _ = host
     (first, stop), touches = ends, 0
     is_followed = varied is not None or watch is not None
@@ -361,6 +363,17 @@ def run_part(host, varied, watch, ends, origin, y):
         if j == LOST_TOUCH:
             return STEP_BUDGET
         base, shift = j, x
+    return OK
+
+
+@jit
+def step_part(host, varied, watch, ends, origin, y):
+    """Advance y as `run_part` does, under springs that are not linear."""
+    (j, stop), x = ends, 0.0
+    while j < stop:
+        j, x = step_contacts(host, varied, watch, (j, x, stop, origin), y)
+        if j == LOST_TOUCH:
+            return STEP_BUDGET
     return OK
 
 

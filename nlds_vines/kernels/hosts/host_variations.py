@@ -37,6 +37,7 @@ from ..numerics.fours import from_place
 from ..scene.law import COLUMNS, DRAG, HIGHEST, SERIES, STIFF, VARIED, product
 from .body import accelerate, along, integrate, move, push_link, put_at_theta
 from .host_flight import advance
+from .springs import push_variation, steepen_springs
 from .walls import (
     APART,
     INDEPENDENT,
@@ -136,6 +137,9 @@ def vary_step(body, walls, contacts, varied, weights, x):
     active, S, size = contacts.active, varied.series, body.size
     width, (total, far) = 3 * size, weights
     is_rough = False
+    if body.springs is not None:
+        for n in range(HIGHEST):
+            steepen_springs(body, n)
     for c in range(active[0]):
         wall = active[1 + c]
         k = scratch_of(contacts, wall)
@@ -154,6 +158,8 @@ def vary_step(body, walls, contacts, varied, weights, x):
         for n in range(HIGHEST):
             row, at = width * n, SERIES + COLUMNS * n
             accelerate(body, S, row, 0.0, S, row + 2 * size)
+            if body.springs is not None:
+                push_variation(body, S, row, n)
             for c in range(active[0]):
                 wall = active[1 + c]
                 if walls.law[wall] == IS_RIGID:

@@ -1,7 +1,8 @@
 """Largest energies of a host and of its dampers' masses, and the response of rows.
 
 The energy of the host is E1 = (V V + squares X X) / 2 over its modes, that of a mass with its
-displacement u is E2 = (m u'^2 + k u^2) / 2, as in eq. (6). A row w is a displacement w X + g f with
+displacement u is E2 = (m u'^2 + k u^2) / 2, as in eq. (6), and with a spring that is not linear
+m u'^2 / 2 + k r^2 / 2 + G(r) (`springs`). A row w is a displacement w X + g f with
 the acceleration w X'' + h f under a force f: g is 0 where it counts from moving ground, of an
 absolute displacement that of the ground; the accelerations are absolute. Recorded are the largest
 energies and the largest moduli of displacements and accelerations, at any instant and not at
@@ -31,6 +32,7 @@ from ..scene.law import HIGHEST
 from ..watch.response import may_peak
 from .body import accelerate, along, differentiate
 from .grid import exponential, growth_of, matrix_of, pairs_of, times
+from .springs import add_potential
 
 DERIVATIVES = 6  # of V that are bounded, from V itself to the 4th derivative of X''
 DEGREE = 2 * HIGHEST  # of an energy's polynomial
@@ -303,6 +305,8 @@ def note_series(body, watch, S, layout, x):
                     c[2 * k] += 0.5 * term * line[k]
                     for m in range(k + 1, HIGHEST + 1):
                         c[k + m] += term * line[m]
+        if body.springs is not None and e > 0:
+            add_potential(body, e - 1, x, c, int(DEGREE))
         peaks[e] = largest_in(c, int(DEGREE), peaks[e])
     for q in range(watch.quantities - watch.energies):
         which, at, ground = q, 0, records.grounds[q]

@@ -51,6 +51,7 @@ from ..scene.law import (
     weight_of,
 )
 from .body import accelerate, along, push_link
+from .springs import push_springs, spring_force
 
 
 class Walls(NamedTuple):
@@ -583,6 +584,8 @@ def push_soft(body, walls, contacts, drive, y, work):
     """Write the accelerations without the forces of rigid walls, as `push_all`."""
     active, scales = contacts.active, contacts.scales
     accelerate(body, y, 0, drive[0], work, 0)
+    if body.springs is not None:
+        push_springs(body, y, work, 0)
     for c in range(active[0]):
         wall = active[1 + c]
         _, s = along(body, walls.links[wall], y, 0)
@@ -625,6 +628,13 @@ def least_accelerations(body, walls, contacts, drive, y, work):
         joint = abs(body.stiffness[link] * r) + abs(body.dashpots[link] * s)
         for i in range(size):
             work[i] += joint * abs(body.answers[link * size + i])
+    if body.springs is not None:
+        for spring in range(body.springs.number):
+            link = body.springs.links[spring]
+            r, _ = along(body, link, y, 0)
+            joint = abs(spring_force(body.springs, spring, r))
+            for i in range(size):
+                work[i] += joint * abs(body.answers[link * size + i])
     for c in range(active[0]):
         wall = active[1 + c]
         link = walls.links[wall]

@@ -24,7 +24,7 @@ from nlds_vines.bifurcation.request import Scan, table_of
 from nlds_vines.bifurcation.response_curves import Case, CurveRequest, Panel
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
-from nlds_vines.continuation.request import Begin, Continuation, load_continuation
+from nlds_vines.continuation.request import FUNCTION, Begin, Continuation, load_continuation
 from nlds_vines.continuation.result import datasets_of as of_branches
 from nlds_vines.engine.records import STATUS, WANTS, spectral
 from nlds_vines.engine.spectrum import SpectralRecords
@@ -238,7 +238,9 @@ def of_tunings() -> str:
 
 def of_continuations() -> str:
     """Return the table of the datasets of branches, and of the curves in a plane."""
-    request = load_continuation({"plane": {"P": {"start": 400.0, "stop": 1200.0}}})
+    plane = {"P": {"start": 400.0, "stop": 1200.0}}
+    monitors = {"largest_force": 1.0e4, "NAME": FUNCTION}
+    request = load_continuation({"plane": plane, "monitors": monitors, "search": {"tori": 40}})
     rows = map(_row, of_branches(request))
     return table(("dataset", "dimensions", "unit", "meaning"), rows)
 

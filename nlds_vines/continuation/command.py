@@ -80,6 +80,7 @@ def continue_branch(
     step: float | None = None,
     unstable: int | None = None,
     points: int | None = None,
+    tori: int | None = None,
     tolerance: float | str | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -126,6 +127,8 @@ def continue_branch(
         Number of successive unstable points at which a branch ends, by default 3000.
     points : int, optional
         The most points of a branch, by default 3000, or a curve, by default 400, in one direction.
+    tori : int, optional
+        Number of cells of a scan that follows the torus of each NS, by default none.
     tolerance : float or str, optional
         Of contacts: a number, "draft", "standard" or, by default, "fine".
     resume, overwrite : bool
@@ -176,6 +179,7 @@ def continue_branch(
         "step": step,
         "unstable": unstable,
         "points": points,
+        "tori": tori,
         "tolerance": tolerance,
     }
     changes: dict[str, Any] = {"search": {k: v for k, v in search.items() if v is not None}}

@@ -157,7 +157,7 @@ class Continuation(Request):
         The free parameter with its interval.
     begin : Begin
         The start orbits.
-    doublings, step, unstable, points, tolerance
+    doublings, step, unstable, points, tori, tolerance
         Limits of the search, as in `continue_branch`.
     plane : Interval, optional
         A second free parameter, for curves of special points.
@@ -191,6 +191,10 @@ class Continuation(Request):
     points: int | None = setting(
         None, Whole(2, 10**6), "search", "the most of a branch or a curve in one direction", "N",
         usual="3000 of a branch, 400 of a curve",
+    )  # fmt: skip
+    tori: int = setting(
+        0, Whole(0, 10_000), "search",
+        "cells of a scan beside each NS that follows its torus", "N",
     )  # fmt: skip
     tolerance: float | str = tolerance_setting("search", TOLERANCES["fine"])
     plane: Interval | None = None

@@ -27,6 +27,8 @@ from nlds_vines.engine.section_map import Cycle, SectionMap
 from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.errors import RequestError, number, option
 from nlds_vines.kernels.numerics.elementary import cos_sin_of_turn, exp
+from nlds_vines.model.axis import Interval
+from nlds_vines.model.labels import QUASIPERIODIC, UNDETERMINED
 from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.model.system import System
@@ -68,10 +70,12 @@ RESOLVED = 1.0e-10  # largest last bracket of a resolved special point, relative
 # residual of a monitor, relative to its size beside the point, above which it jumps there
 JUMP = 1.0e-6
 
+MOST_RUNS = 6  # regimes of a torus that the report lists
+
 NEWTON_STEPS = 8  # for an angle: the error of the first is up to 1/4 turn, then its cube
 
 # dimensions of datasets that an archive leaves out if they are empty
-MAY_BE_EMPTY = {"special", "special_row", "curve_point", "curve", "meeting_point"}
+MAY_BE_EMPTY = {"special", "special_row", "torus_cell", "curve_point", "curve", "meeting_point"}
 
 Tables = dict[str, np.ndarray]  # by the name of a dataset
 
@@ -208,6 +212,35 @@ class Crossing(Outlined):
     def stable(self) -> bool:
         """Whether all multipliers lie inside the unit circle."""
         return self.unstable == 0
+
+
+@dataclass(frozen=True, repr=False)
+class Torus(Outlined):
+    """The attractor that is followed, cell by cell, from an NS to where the orbit is unstable.
+
+    Attributes
+    ----------
+    special : int
+        Row of the NS in `Continued.special_points`.
+    values : (cells,) ndarray
+        The parameter [SI], from the NS on; around the first border of regimes the cells are denser.
+    labels : (cells,) ndarray of str
+        The regimes: "quasiperiodic" on the torus, "14T,14" where it is locked, "chaos" ...
+    """
+
+    special: int
+    values: np.ndarray
+    labels: np.ndarray
+
+    @property
+    def runs(self) -> list[tuple[str, float, float]]:
+        """The regimes in turn, each with the parameter in its first and its last cell."""
+        borders = (np.flatnonzero(self.labels[1:] != self.labels[:-1]) + 1).tolist()
+        ends = zip([0, *borders], [*borders, len(self.labels)], strict=True)
+        return [
+            (str(self.labels[first]), float(self.values[first]), float(self.values[behind - 1]))
+            for first, behind in ends
+        ]
 
 
 @dataclass(frozen=True, repr=False)
@@ -357,6 +390,18 @@ class Continued(Drawable):
         return tuple(np.split(rows, np.cumsum(periods)[:-1])) if len(periods) else ()
 
     @cached_property
+    def tori(self) -> tuple[Torus, ...]:
+        """The tori at each NS where a stable orbit loses its stability; () without `tori`."""
+        tori = []
+        if self.request.tori:
+            of_cells = self.tables["torus_special"]
+            for number in dict.fromkeys(of_cells.tolist()):
+                rows = of_cells == number
+                values = self.tables[f"torus_{self.request.along.name}"][rows]
+                tori.append(Torus(number, values, self.tables["torus_label"][rows].astype(str)))
+        return tuple(tori)
+
+    @cached_property
     def curves(self) -> tuple[SpecialCurve, ...]:
         """The curves of special points in the plane of two parameters; () for one parameter."""
         if self.request.plane is None:
@@ -468,9 +513,13 @@ class Continued(Drawable):
                 f"{len(branch)} points stable; ends: {branch.ends[0]}, {branch.ends[1]}"
             )
             yield from _stops_in_words(branch.ends, ENDS)
-            for row in self.special_points[self.special_points.branch == i]:
+            for at in np.flatnonzero(self.special_points.branch == i):
+                row = self.special_points[at]
                 place = along.value_in_words(row.value, 12)
                 yield f"  {row.kind:<3} {place}  {_change_in_words(row)}"
+                for torus in self.tori:
+                    if torus.special == at:
+                        yield f"      {_torus_in_words(torus, along)}"
         for curve in self.curves:
             pairs = list(zip(self.request.free, curve.values.T, strict=True))
             ranges = ", ".join(item.range_in_words(x.min(), x.max()) for item, x in pairs)
@@ -520,6 +569,17 @@ def _change_in_words(row: Any) -> str:
     if row.switch == "failed":
         words += "; the branch that leaves there was not found"
     return words
+
+
+def _torus_in_words(torus: Torus, along: Interval) -> str:
+    """Return where a torus ends, and the regimes behind it, each with its last cell."""
+    if torus.labels[0] not in (QUASIPERIODIC, UNDETERMINED):
+        return f"no stable torus beside it, but {torus.labels[0]}"
+    texts = []
+    for label, _, last in torus.runs[:MOST_RUNS]:
+        texts.append(f"{label} to {along.as_stated(last):.8g}")
+    more = ", ..." if len(torus.runs) > MOST_RUNS else ""
+    return f"torus: {', '.join(texts)}{more}"
 
 
 def crossing_of(section_map: SectionMap, system: System, branch: int, cycle: Cycle) -> Crossing:
@@ -669,9 +729,18 @@ def _entries(request: Continuation) -> Iterator[tuple[Dataset, Callable[[Any], A
     yield last, lambda t: END_FLAGS[t.ends[1]]
 
 
+def _of_tori(request: Continuation) -> Iterator[Dataset]:
+    cells = ("torus_cell",)
+    yield Dataset.whole("torus_special", cells, "special point, from 0, at which the torus begins")
+    yield DESCRIBED[request.along.name].dataset(cells, "torus_")
+    yield Dataset.text("torus_label", cells, "regime that is followed from the special point")
+
+
 def datasets_of(request: Continuation) -> Iterator[Dataset]:
     """Yield the datasets of branches and special points, and of curves if there is a plane."""
     yield from (entry for entry, _ in _entries(request))
+    if request.tori:
+        yield from _of_tori(request)
     if request.plane is None:
         return
     point, curve, meeting = ("curve_point",), ("curve",), ("meeting_point",)
@@ -709,6 +778,8 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
         ),
         Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number"),
     ]
+    if request.tori:
+        scales.append(counted("torus_cell", "torus_special", "cell of a scan beside an NS"))
     if scene.counted:
         scales.append(Scale("wall", np.array(scene.counted), "1", "name of the wall"))
     if scene.dampers:

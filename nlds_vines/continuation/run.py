@@ -27,6 +27,7 @@ from nlds_vines.continuation.result import (
 from nlds_vines.continuation.special_curves import MOST_POINTS as CURVE_POINTS
 from nlds_vines.continuation.special_curves import Curve, Tracer, trace_curve
 from nlds_vines.continuation.special_points import Special
+from nlds_vines.continuation.tori import tori_beside
 from nlds_vines.engine.batch import Wanted
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.records import USUAL
@@ -282,6 +283,8 @@ def compute(
     add_zeros(section_map, tracks, monitors)
     tables = tables_of(request, section_map, tracks)
     tables |= numbers_along(request, section_map, tracks)
+    if request.tori:
+        tables |= tori_beside(request, section_map, tracks, piece)
     if request.plane is None:
         return tables
     specials = [special for track in tracks for special in track.specials]

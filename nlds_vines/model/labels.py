@@ -33,6 +33,8 @@ _WORDS = {
 PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)( \([0-9]+(\+[0-9]+)+\))?")
 TRANSIENT = "transient chaos to "  # begins the label of an orbit with a long chaotic transient
 CHAOS = "chaos"
+QUASIPERIODIC = "quasiperiodic"
+UNDETERMINED = "undetermined"
 UNKNOWN = ("undetermined", "failed", "")  # name no regime: no count of regimes includes them
 
 

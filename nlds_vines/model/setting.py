@@ -243,7 +243,7 @@ KEYS_OF: Mapping[str, frozenset[str]] = {
     "search": frozenset(
         ("method", "objective", "population", "generations", "polish", "optima", "within", "apart",
          "seed", "seeds", "draws", "quantile", "doublings", "step", "unstable", "points",
-         "tolerance")
+         "tori", "tolerance")
     ),
 }  # fmt: skip
 ELSEWHERE = {("sampling", "of"): "[record]"}  # keys that belong in another table

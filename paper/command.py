@@ -31,7 +31,7 @@ from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 from paper.request import FigureRequest, load_figure, packaged_figures, short_name
 
 _NAME = "python -m paper"
@@ -146,7 +146,7 @@ class _Job:
         if self.page is not None:
             refuse_replacing("--page", self.page, self.how.overwrite)
         for path, computed in self.archives.items() if dry_run else ():
-            Blocks(path, computed).begin(self.how)
+            BlockStore(path, computed).begin(self.how)
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
@@ -181,7 +181,7 @@ class _Job:
         """Compute an archive unless it is there; return how many of its orbits failed."""
         from nlds_vines.archives.archive import read
 
-        done = not self.how.overwrite and Blocks(path, request).is_delivered()
+        done = not self.how.overwrite and BlockStore(path, request).is_delivered()
         began = time.perf_counter()
         how = replace(self.how, quiet=True)
         TASKS[request.content].part("run").run(request, path, how, self.cached)
@@ -230,7 +230,7 @@ class _Job:
             lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
         there = 0
         if not self.how.overwrite:
-            there = sum(Blocks(*item).is_delivered() for item in self.archives.items())
+            there = sum(BlockStore(*item).is_delivered() for item in self.archives.items())
         scans = [scan for request in self.requests for scan in request.scans.values()]
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in scans)
         count = f"{len(self.archives)} archives, {todo} forcing periods"

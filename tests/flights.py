@@ -15,7 +15,7 @@ from nlds_vines.engine.records import Violation
 from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.kernels.cells.cells import prepared_cell
 from nlds_vines.kernels.cells.load_numbers import fill_rates
-from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, Load, fly_under
+from nlds_vines.kernels.cells.load_orbit import EDGE_SUMS, PolynomialLoad, fly_under
 from nlds_vines.kernels.motion.flight import PERIOD, REACH, cells_of, grid_from
 from nlds_vines.kernels.motion.load_cells import sums_of
 from nlds_vines.kernels.orbit.variations import flow_of
@@ -50,7 +50,7 @@ def load_of_kernels(load):
     rows, edges = np.ascontiguousarray(load.rows).ravel(), np.ascontiguousarray(load.edges)
     jumps = np.zeros(len(edges)) if load.jumps is None else load.jumps
     sums = getattr(sums_of, "entry", sums_of)(rows)
-    return Load(edges, rows, jumps, sums, True if load.share == 0.0 else None)
+    return PolynomialLoad(edges, rows, jumps, sums, True if load.share == 0.0 else None)
 
 
 def fly(system, load, *, start=None, tolerance=None, record=("states", "impacts")):

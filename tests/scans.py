@@ -5,7 +5,7 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 
 
 def scan_of(system, want, vary=None, start="rest", title="a test", changes=None, **sampling):
@@ -53,7 +53,7 @@ def written(path, scan, blocks, results, **how):
     """Do a run of a scan whose blocks have these results; return the path of its archive."""
     from nlds_vines.bifurcation.run import expected_of, writer_of  # which loads the kernels
 
-    store = Blocks(path, scan)
+    store = BlockStore(path, scan)
 
     def work():
         for block in blocks:

@@ -95,7 +95,7 @@ class Attractor:
 
 
 @dataclass
-class System:
+class SystemAttractors:
     """The attractors of one system, which `add` extends."""
 
     sections: Sections
@@ -309,7 +309,7 @@ class Ends(NamedTuple):
     multipliers: np.ndarray  # (n, size, 2)
 
 
-class Cycle(NamedTuple):
+class KnownCycle(NamedTuple):
     label: str
     points: np.ndarray  # (n, 4)
     weights: np.ndarray  # (4,), of a distance that is 1 where orbits stop
@@ -323,7 +323,7 @@ class OrbitEnds:
         self._verdicts = self._engine.runner(judged, tell, of=(), helped=helped)
         energy = replace(wanted, want=("energy",))
         self.energies = self._engine.runner(energy, tell, of=(), helped=False)
-        self._known = dict[int, list[Cycle]]()
+        self._known = dict[int, list[KnownCycle]]()
 
     def arrays(
         self, cells: np.ndarray, starts: np.ndarray, places: np.ndarray
@@ -341,7 +341,7 @@ class OrbitEnds:
             ends = self.judged(cells[left], starts[left])
             status[left], labels[left], states[left] = ends.status, ends.labels, ends.states
             # those that end on cycles are followed again, until they come near these
-            cycles, closed = dict[int, list[Cycle]](), (ends.periods > 0) & (ends.status == OK)
+            cycles, closed = dict[int, list[KnownCycle]](), (ends.periods > 0) & (ends.status == OK)
             for n in np.unique(ends.periods[closed]).tolist():
                 some = np.flatnonzero(closed & (ends.periods == n))
                 sections = self.sections(cells[left[some]], ends.states[some], n)
@@ -423,9 +423,9 @@ class OrbitEnds:
         converted = self.kernel_states(np.repeat(cells, periods), columns)
         return converted.reshape(len(states), periods, -1)
 
-    def system(self, cell: np.ndarray, states: np.ndarray) -> System:
+    def system(self, cell: np.ndarray, states: np.ndarray) -> SystemAttractors:
         """Return a system without attractors, with the unit of its ends `states` (n, 4)."""
-        return System(
+        return SystemAttractors(
             lambda some, periods: self.sections(np.repeat(cell, len(some)), some, periods),
             self._amplitudes(cell, states),
         )
@@ -435,11 +435,11 @@ class OrbitEnds:
 
     def _cycle(
         self, cell: np.ndarray, label: str, points: np.ndarray, radius: float = RADIUS
-    ) -> Cycle:
+    ) -> KnownCycle:
         """Return the cycle through `points` (n, 4), with a radius in amplitudes."""
         unit, weights = self._amplitudes(cell, points), np.zeros(points.shape[1])
         weights[: unit.size] = 1.0 / (radius * unit)
-        return Cycle(label, points, weights)
+        return KnownCycle(label, points, weights)
 
     def _learn(self, cells: np.ndarray, systems: np.ndarray) -> None:
         """Store the cycles on which a sample of starts ends, the same starts in each new system."""
@@ -459,7 +459,7 @@ class OrbitEnds:
         closed = (ends.periods > 0) & (ends.status == OK)
         for i, number in enumerate(numbers[is_new].tolist()):
             some = np.flatnonzero(closed[i * size : (i + 1) * size]) + i * size
-            cell, cycles = new[i : i + 1], list[Cycle]()
+            cell, cycles = new[i : i + 1], list[KnownCycle]()
             system = self.system(cell, ends.states[some])
             system.add(ends.labels[some], ends.states[some], some)
             for one in system.attractors:
@@ -492,7 +492,7 @@ class OrbitEnds:
         cells: np.ndarray,
         starts: np.ndarray,
         systems: np.ndarray,
-        cycles_by_system: Mapping[int, Sequence[Cycle]],
+        cycles_by_system: Mapping[int, Sequence[KnownCycle]],
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Follow orbits to cycles of their systems; return label, point, arrival and status."""
         owners, number = np.unique(systems, return_inverse=True)

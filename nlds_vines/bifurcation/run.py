@@ -41,7 +41,7 @@ from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import Shard, as_finished, use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Arrays, Blocks, Expected, Write
+from nlds_vines.runs.store import Arrays, BlockStore, Expected, Write
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.attractors import OrbitEnds
@@ -301,7 +301,7 @@ def run(
     report = Report(how.shard, watched)
     use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
     every, selected = blocks_of(request), blocks_of(request, how.shard)
-    store = Blocks(output, request)
+    store = BlockStore(output, request)
     store.keys = [block.index for block in selected]
     if how.shard is not None and not selected:
         report.empty = share_in_words(scan, how.shard)
@@ -364,7 +364,7 @@ def expected_of(request: Scan | CurveRequest, block: Block) -> Expected:
 
 
 def _save(
-    store: Blocks,
+    store: BlockStore,
     results: Iterator[tuple[Block, dict[str, np.ndarray], float]],
     report: Report,
     progress: Progress,
@@ -412,7 +412,7 @@ def _computer(toml: str) -> Computer:
     return Computer(load_scan(parse_toml(toml, "the scan")), helped=False)
 
 
-def writer_of(request: Scan | CurveRequest, store: Blocks, blocks: Sequence[Block]) -> Write:
+def writer_of(request: Scan | CurveRequest, store: BlockStore, blocks: Sequence[Block]) -> Write:
     """Return a function that writes the archive, with one block in memory at a time."""
 
     def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:

@@ -23,7 +23,7 @@ from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ class Job:
 
     def refuse(self) -> None:
         """Raise `RequestError` if the run would not begin, because of files that exist."""
-        Blocks(self.archive, self.request).begin(self.how)
+        BlockStore(self.archive, self.request).begin(self.how)
         if self.plot is not None:
             mark = self.request.hash if self.how.resume else ""
             running.refuse_replacing("picture", self.plot, self.how.overwrite, mark)

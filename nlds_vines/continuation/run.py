@@ -40,7 +40,7 @@ from nlds_vines.model.labels import final
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Arrays, Blocks, Write
+from nlds_vines.runs.store import Arrays, BlockStore, Write
 
 # forcing periods after which a start is classified, and those that are sampled for it
 TRANSIENT, PERIODS = 600, 120
@@ -294,7 +294,7 @@ def compute(
 def run(request: Continuation, output: Path, how: RunOptions) -> None:
     """Compute a continuation into the archive `output`."""
     use_threads(how.threads)
-    store, numbers = Blocks(output, request), count()
+    store, numbers = BlockStore(output, request), count()
 
     def work() -> Write:
         with Progress(None, "curve", quiet=how.quiet) as progress:

@@ -25,7 +25,7 @@ from nlds_vines.errors import RequestError, number, printable
 from nlds_vines.explore import figures, live_orbit, map_view
 from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.page_state import READY, Chosen, Job, Opened, SliderSpec, sliders_of
+from nlds_vines.explore.page_state import READY, Chosen, Opened, Refining, SliderSpec, sliders_of
 
 # the least time between two images of a map under way: seconds, multiples of the painting time
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
@@ -47,7 +47,7 @@ class Page:
     def __init__(self, document: Document, opened: Opened) -> None:
         self.document, self.opened = document, opened
         self.chosen = Chosen(opened.results)
-        self.job: Job | None = None
+        self.job: Refining | None = None
         self.orbit: LiveOrbit | None = None
         self.asked = 0  # number of the last requested orbit
         self.closed = self.setting = False
@@ -394,7 +394,7 @@ class Page:
         """Compute a map, with the map before `beneath` it or without, and show it meanwhile."""
         if self.job is not None:
             self.job.cancelled = True
-        self.job = job = Job(scan, self.changed, self.chosen.results.unit)
+        self.job = job = Refining(scan, self.changed, self.chosen.results.unit)
         if self.map.is_map:
             source = self.map.picture.source.data if beneath else {"image": [], "x": [], "y": []}
             self.map.beneath.mapper.update(

@@ -206,7 +206,7 @@ def sliders_of(results: Stored) -> list[SliderSpec]:
 # ---- threads -------------------------------------------------------------------------------------
 
 
-class Job(threading.Thread):
+class Refining(threading.Thread):
     """A scan computed in its own thread, block after block; `note` says what precedes."""
 
     def __init__(self, scan: Scan, changed: Callable[[], object], unit: str | None = None) -> None:
@@ -251,11 +251,11 @@ class Opened:
         """Take the results in an archive, or a scan to compute; `unit` as `empty`."""
         self.listeners: list[Callable[[], object]] = []  # of new results and states of the kernels
         self.kernels = LOADING
-        self.job: Job | None = None
+        self.job: Refining | None = None
         if isinstance(source, Stored):
             self.results = source
         else:
-            self.job = Job(source, self._changed, unit)
+            self.job = Refining(source, self._changed, unit)
             self.results = self.job.results
         self._calls: Queue[Callable[[], object]] = Queue()
         # a daemon, unlike the threads of an executor: no exit waits until it has compiled

@@ -24,7 +24,7 @@ from nlds_vines.model.system import System
 from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Arrays, Blocks, Write
+from nlds_vines.runs.store import Arrays, BlockStore, Write
 
 BLOCK = 256
 
@@ -39,7 +39,7 @@ def run(request: HistoryRequest, output: Path, how: RunOptions | None = None) ->
     size = BLOCK if request.is_scan else 1
     blocks = [range(i, min(i + size, request.cases)) for i in range(0, request.cases, size)]
 
-    store = Blocks(output, request)
+    store = BlockStore(output, request)
     store.keys = range(len(blocks))
 
     def work() -> Write:

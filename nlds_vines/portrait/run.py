@@ -21,7 +21,7 @@ from nlds_vines.portrait.request import EXPONENTS, Column, PortraitRequest, Wind
 from nlds_vines.portrait.result import View, contents
 from nlds_vines.runs.interrupts import check, stoppable
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks, Write
+from nlds_vines.runs.store import BlockStore, Write
 
 
 def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -32,7 +32,7 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
             "columns of several kinds, laws or hosts stand in no request file, and in no archive; "
             "allowed: a page, by to=PICTURE"
         )
-    store = Blocks(output, request)
+    store = BlockStore(output, request)
 
     def work() -> Write:
         views = views_of(request, quiet=how.quiet)

@@ -49,7 +49,7 @@ _TEMPORARY = re.compile(r"[0-9a-f]{16}\.tmp")  # the name of a file that is bein
 _MOST_DIFFERENCES = 4  # named in a line
 
 
-class Blocks:
+class BlockStore:
     """The finished blocks of a request whose archive is to be `path`, each under a key."""
 
     def __init__(self, path: Path, request: Any) -> None:

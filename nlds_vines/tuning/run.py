@@ -22,7 +22,7 @@ from nlds_vines.runs.executors import use_threads
 from nlds_vines.runs.interrupts import check
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks, Write
+from nlds_vines.runs.store import BlockStore, Write
 from nlds_vines.tuning.batch_of_designs import Batch
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of, units_of, values_of
 from nlds_vines.tuning.request import STARTS, Search, Tuning, check_installed
@@ -54,7 +54,7 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     """
     how = RunOptions() if how is None else how
     use_threads(how.threads)
-    store = Blocks(output, tuning)
+    store = BlockStore(output, tuning)
 
     def work() -> Write:
         search = tuning.search
@@ -379,7 +379,7 @@ class Log:
     it is resumed by running it again: saved blocks then replace the kernels' results.
     """
 
-    def __init__(self, tuning: Tuning, store: Blocks, progress: Progress) -> None:
+    def __init__(self, tuning: Tuning, store: BlockStore, progress: Progress) -> None:
         self.tuning = tuning
         self.replayed = 0  # evaluations that an earlier run has saved
         self._objective = Objective(tuning, progress.wait)

@@ -39,7 +39,7 @@ def ends_of(*kinds):
 
 
 def groups_of(labels, states, order, sections=cycling):
-    system = attractors.System(sections, np.ones(2))
+    system = attractors.SystemAttractors(sections, np.ones(2))
     system.add(labels[order], states[order], order)
     return {frozenset(attractor.lanes.tolist()) for attractor in system.attractors}, system
 

@@ -20,7 +20,7 @@ from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 from scans import stored, written
 
 
@@ -82,7 +82,7 @@ def test_an_archive_stays_where_it_is_complete_and_is_refused_otherwise(path, er
     assert "overwrite=True" in error_of(write, path, make_scan())
     for how in ({"resume": True}, {"shard": Shard(2, 2)}):
         assert "another scan" in error_of(write, path, make_scan(P=801.0), **how)
-    Blocks(path, make_scan()).save(0, {})  # the run was killed before it had removed all blocks
+    BlockStore(path, make_scan()).save(0, {})  # the run was killed before it had removed all blocks
     assert run(path, make_scan(), resume=True) == []
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == [path.name]
@@ -99,7 +99,7 @@ def test_resume_computes_what_is_missing_and_ends_in_the_same_arrays(path, whole
     assert "2 blocks are kept" in said
     assert "the same call with resume=True goes on" in said
     assert re.search("unfinished run.*resume=True", error_of(run, path, scan))
-    notes = Blocks(path, scan).folder / "notes.txt"
+    notes = BlockStore(path, scan).folder / "notes.txt"
     notes.write_text("of the user")
     assert run(path, scan, resume=True) == [2]
     assert content(path) == whole
@@ -116,10 +116,10 @@ def test_blocks_of_two_requests_and_of_two_versions_never_mix(path, monkeypatch,
     assert run(path, make_scan(P=801.0)) == [0, 1, 2]
     path.unlink()
     capsys.readouterr()
-    before, makers = Blocks(path, scan).folder, runs_store.makers()
+    before, makers = BlockStore(path, scan).folder, runs_store.makers()
     for name in ("source_hash", "numpy_version", "scipy_version", "machine", "numba_version"):
         monkeypatch.setattr(runs_store, "makers", lambda name=name: {**makers, name: "another"})
-        assert Blocks(path, scan).folder != before
+        assert BlockStore(path, scan).folder != before
     assert run(path, scan, resume=True) == [0, 1, 2]  # upgraded in mid-run
     path.unlink()
     (err,) = capsys.readouterr().err.splitlines()
@@ -205,7 +205,7 @@ def without(arrays, name):
 def test_a_block_of_other_arrays_is_computed_again(path, whole, capsys, spoil):
     scan = make_scan()
     begin(path, scan)
-    file = Blocks(path, scan).file(1)
+    file = BlockStore(path, scan).file(1)
     with np.load(file) as saved:
         arrays = dict(saved)
     np.savez(file, **spoil(arrays))
@@ -218,13 +218,13 @@ def test_a_block_of_other_arrays_is_computed_again(path, whole, capsys, spoil):
 @pytest.mark.parametrize("other_run", [False, True])
 def test_a_valid_block_of_another_place_or_run_is_computed_again(path, whole, capsys, other_run):
     scan = make_scan()
-    source = Blocks(path, scan).file(0)
+    source = BlockStore(path, scan).file(0)
     if other_run:
         other = make_scan(P=801.0)
         begin(path.with_name("b.h5"), other)
-        source = Blocks(path.with_name("b.h5"), other).file(1)
+        source = BlockStore(path.with_name("b.h5"), other).file(1)
     begin(path, scan)
-    shutil.copy(source, Blocks(path, scan).file(1))
+    shutil.copy(source, BlockStore(path, scan).file(1))
     assert run(path, scan, resume=True) == [1, 2]
     (line,) = capsys.readouterr().err.splitlines()
     assert re.search(r"1\.npz is computed again: it is block \d of the run ", line)
@@ -235,7 +235,7 @@ def test_a_block_that_says_what_it_holds_must_hold_what_the_run_saves(path, whol
     """Somebody else's program might have written it."""
     scan = make_scan()
     begin(path, scan)
-    store = Blocks(path, scan)
+    store = BlockStore(path, scan)
     short = {name: values[:-1] for name, values in store.load(1).items()}
     store.save(1, short)
     assert run(path, scan, resume=True) == [1, 2]
@@ -244,7 +244,7 @@ def test_a_block_that_says_what_it_holds_must_hold_what_the_run_saves(path, whol
 
 
 def test_only_blocks_of_the_run_are_removed_and_no_link_is_followed(path, tmp_path, error_of):
-    scan, store = make_scan(), Blocks(path, make_scan())
+    scan, store = make_scan(), BlockStore(path, make_scan())
     precious = tmp_path / "precious"
     precious.mkdir()
     for name in ("0.npz", "data.npz", "0123456789abcdef.tmp"):
@@ -265,7 +265,7 @@ def test_only_blocks_of_the_run_are_removed_and_no_link_is_followed(path, tmp_pa
 
 
 def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsys):
-    store = Blocks(path, make_scan())
+    store = BlockStore(path, make_scan())
     saved = {"a": np.arange(3.0), "label": np.array(["T,1", "3T,3"])}
     store.save(7, saved, 0.5)
     whole, results = store.file(7).read_bytes(), []
@@ -286,7 +286,7 @@ def test_a_block_of_which_a_byte_is_flipped_or_cut_is_computed_again(path, capsy
 def test_damaged_blocks_are_computed_again_with_a_line_each(path, whole, capsys):
     scan = make_scan()
     begin(path, scan)
-    cut_off, flipped, pipe = map(Blocks(path, scan).file, range(3))
+    cut_off, flipped, pipe = map(BlockStore(path, scan).file, range(3))
     cut_off.write_bytes(cut_off.read_bytes()[:-100])
     data = bytearray(flipped.read_bytes())
     data[data.index(b"NUMPY") + 130] ^= 1
@@ -425,7 +425,7 @@ from test_blocks import *
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 scan, path = make_scan(), Path(sys.argv[1])
 begin(path, scan)
-size = max(file.stat().st_size for file in Blocks(path, scan).folder.iterdir())
+size = max(file.stat().st_size for file in BlockStore(path, scan).folder.iterdir())
 for limit in (100, size + 9):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     try:
@@ -452,12 +452,12 @@ def test_a_block_that_cannot_be_written_is_one_line(path, monkeypatch, error_of)
     line = error_of(write, path.parent / "nowhere" / "scan.h5", scan)
     assert re.search("cannot write a block in .*No such file", line)
     # a folder in its place is named and kept
-    precious = Blocks(path, scan).file(0) / "precious"
+    precious = BlockStore(path, scan).file(0) / "precious"
     precious.mkdir(parents=True)
     line = error_of(write, path, scan, resume=True)
     assert re.search("cannot write a block in .*directory", line)
     assert precious.is_dir()
-    shutil.rmtree(Blocks(path, scan).folder)
+    shutil.rmtree(BlockStore(path, scan).folder)
 
     def refuse(*_, **__):
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
@@ -468,7 +468,7 @@ def test_a_block_that_cannot_be_written_is_one_line(path, monkeypatch, error_of)
 
 
 def test_blocks_that_vanish_are_said(path, error_of):
-    scan, store = make_scan(), Blocks(path, make_scan())
+    scan, store = make_scan(), BlockStore(path, make_scan())
     for block in cut(scan):
         store.save(block.index, stored(scan, results(scan, block)))
     write_archive = writer_of(scan, store, cut(scan))
@@ -478,7 +478,7 @@ def test_blocks_that_vanish_are_said(path, error_of):
 
 
 def test_a_block_is_on_the_disk_before_it_takes_its_name_and_the_name_follows(path, monkeypatch):
-    calls, store = [], Blocks(path, make_scan())
+    calls, store = [], BlockStore(path, make_scan())
     fsync, replace = os.fsync, os.replace
     monkeypatch.setattr(os, "fsync", lambda one: (calls.append("force"), fsync(one)))
     monkeypatch.setattr(os, "replace", lambda *two: (calls.append("rename"), replace(*two)))

@@ -35,7 +35,7 @@ from nlds_vines.runs import executors
 from nlds_vines.runs.executors import Shard, threads_in_use
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
@@ -162,7 +162,7 @@ def test_a_resumed_scan_ends_in_the_same_bits(every, tmp_path, cut):
     assert "resume=True" in said
     assert f"{done} of {blocks} blocks" in said
     assert not path.exists()
-    folder = Blocks(path, scan).folder
+    folder = BlockStore(path, scan).folder
     files = sorted(folder.glob("*"))
     assert len(files) == done
     for block in files[:1]:

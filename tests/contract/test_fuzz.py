@@ -216,7 +216,7 @@ def page(here, monkeypatch):
     from nlds_vines.explore.page_state import Opened
 
     monkeypatch.setattr(live_orbit, "live_orbit", lambda *_: None)
-    monkeypatch.setattr(page_state.Job, "start", lambda _: None)
+    monkeypatch.setattr(page_state.Refining, "start", lambda _: None)
     page = Page(Document(), Opened(stored(write(here / "a.h5", make_scan(vary=MAP)))))
     page.later = lambda *_: None
     yield page

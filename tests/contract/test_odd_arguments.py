@@ -12,7 +12,7 @@ from made_up import make_scan, write
 import nlds_vines as nv
 from nlds_vines.engine import host_engine, kind_engine, simulation
 from nlds_vines.portrait import run as portrait_run
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 
 pytestmark = pytest.mark.slow("thousands of calls")
 
@@ -74,7 +74,7 @@ def nothing_is_computed(here, monkeypatch):
     class Kernels:
         run = stop
 
-    monkeypatch.setattr(Blocks, "carry_out", stop)
+    monkeypatch.setattr(BlockStore, "carry_out", stop)
     monkeypatch.setattr(kind_engine.Beginning, "_run", stop)
     monkeypatch.setattr(host_engine, "follow_host", stop)
     for engine in (kind_engine.KindEngine, host_engine.HostEngine):

@@ -20,7 +20,7 @@ from made_up import arrays, content, make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 
 DOCUMENT = {
     "title": "a scan to be killed",
@@ -61,7 +61,7 @@ def test_a_task_that_ends_after_a_block_goes_on_from_it(task, here, monkeypatch)
     assert console([*words]) in (0, 1)
     whole = content("a.h5")
     Path("a.h5").unlink()
-    save, load, kept, used = Blocks.save, Blocks.load, [], []
+    save, load, kept, used = BlockStore.save, BlockStore.load, [], []
 
     def save_and_end(store, key, *arguments):
         save(store, key, *arguments)
@@ -69,7 +69,7 @@ def test_a_task_that_ends_after_a_block_goes_on_from_it(task, here, monkeypatch)
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(Blocks, "save", save_and_end)
+        patch.setattr(BlockStore, "save", save_and_end)
         assert console([*words]) == 130
     assert not Path("a.h5").exists()
 
@@ -79,7 +79,7 @@ def test_a_task_that_ends_after_a_block_goes_on_from_it(task, here, monkeypatch)
             used.append(key)
         return arrays
 
-    monkeypatch.setattr(Blocks, "load", load_and_note)
+    monkeypatch.setattr(BlockStore, "load", load_and_note)
     assert console([*words]) in (0, 1)
     assert {*kept} <= {*used}
     assert content("a.h5") == whole

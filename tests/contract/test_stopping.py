@@ -20,7 +20,7 @@ from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import Interrupted, Stopped, stop_on_signals, stoppable
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import Blocks, publish
+from nlds_vines.runs.store import BlockStore, publish
 from scans import stored
 
 WITHIN = 4.0
@@ -344,7 +344,7 @@ def test_a_signal_before_the_end_of_a_run_is_never_lost(
     """Only a run whose archive was in its place leaves one; all say what is there."""
     path, scan = tmp_path / "scan.h5", make_scan()
     whole = content(write(tmp_path / "whole.h5", scan))
-    store = Blocks(path, scan)
+    store = BlockStore(path, scan)
 
     def work():
         for block in cut(scan):

@@ -322,7 +322,7 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
 
 @pytest.fixture
 def computing_nothing(monkeypatch):
-    monkeypatch.setattr("nlds_vines.explore.page_state.Job.start", lambda _: None)
+    monkeypatch.setattr("nlds_vines.explore.page_state.Refining.start", lambda _: None)
     monkeypatch.setattr("nlds_vines.explore.live_orbit.live_orbit", lambda *_: 1 / 0)
 
 

@@ -17,7 +17,7 @@ from nlds_vines.engine.records import CAPTURE_FLAGS, NOT_COMPUTED, OK, STATUS
 from nlds_vines.explore import live_orbit as live
 from nlds_vines.explore import map_view
 from nlds_vines.explore.map_data import empty, stored
-from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Job, finer, sliders_of
+from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Refining, finer, sliders_of
 from nlds_vines.explore.report_page import report_page, section_points
 from nlds_vines.plotting.palette import colors
 from nlds_vines.portrait.request import load_portrait
@@ -306,7 +306,7 @@ def test_a_job_ends_as_the_archive_and_says_that_kernels_are_compiled(small_map,
 
     monkeypatch.setattr("nlds_vines.bifurcation.run.Computer", Compiling)
     messages = []
-    job = Job(SCAN, lambda: messages.append((job.note, job.share)))
+    job = Refining(SCAN, lambda: messages.append((job.note, job.share)))
     assert set(map_view.column(job.results, "label").ravel()) == {0}
     job.start()
     job.join()
@@ -318,7 +318,7 @@ def test_a_job_ends_as_the_archive_and_says_that_kernels_are_compiled(small_map,
     # one that is cancelled ends with its block
     monkeypatch.undo()
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
-    job = Job(SCAN, lambda: setattr(job, "cancelled", True))
+    job = Refining(SCAN, lambda: setattr(job, "cancelled", True))
     job.start()
     job.join()
     assert 0 < job.done < SCAN.lanes

@@ -14,7 +14,7 @@ from nlds_vines import IntegrationError, load_system, simulate
 from nlds_vines.engine.batch import parts_of
 from nlds_vines.kernels.cells import load_numbers
 from nlds_vines.kernels.cells.cells import cells_for, run_cell
-from nlds_vines.kernels.cells.load_orbit import Load, ends_of_cell, lasts_until, touch_by
+from nlds_vines.kernels.cells.load_orbit import PolynomialLoad, ends_of_cell, lasts_until, touch_by
 from nlds_vines.kernels.cells.verdict import digits_of, mean_and_width
 from nlds_vines.kernels.events import contact
 from nlds_vines.kernels.events.exact import fly
@@ -171,7 +171,7 @@ def test_no_cell_holds_more_than_its_bound_says():
         if i == 0:  # from rest by 1 - 2 x
             rows[:2], section[0] = (1.0, -2.0), 0.0
         jumps = np.array([0.0, rng.normal()])  # of which the motion in the cell knows nothing
-        load = Load(np.array([0.0, h]), rows, jumps, sums_of(rows), None)
+        load = PolynomialLoad(np.array([0.0, h]), rows, jumps, sums_of(rows), None)
         motion = load_numbers.motion_in(ps, None, load, section, 0)
         section[1, :2] = motion.sum(axis=0)
         section[1, 1] += jumps[1]
@@ -186,7 +186,7 @@ def test_the_ends_of_a_cell_are_before_a_jump_at_its_end():
     ps = Structure(2.0, 3.0, 0.0, 0.0, 1.0, 0.0, None, None)
     rows, jumps = np.zeros(2 * LOAD_ROW), np.array([7.0, 5.0, 0.0])
     section = np.array([[0.1, 0.2, 0.0, 0.0], [0.3, 5.4, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    load = Load(np.array([0.0, 0.5, 1.0]), rows, jumps, sums_of(rows), None)
+    load = PolynomialLoad(np.array([0.0, 0.5, 1.0]), rows, jumps, sums_of(rows), None)
     begin, end, _, _ = ends_of_cell(ps, None, load, section, 0)
     twice = ps.m1 * np.array([0.2, 5.4 - 5.0]) ** 2 + ps.k1 * np.array([0.1, 0.3]) ** 2
     assert (begin[0], end[0]) == pytest.approx(tuple(0.5 * twice))

@@ -19,7 +19,7 @@ from nlds_vines.errors import LeftAside
 from nlds_vines.loads.request import load_response_history
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
-from nlds_vines.runs.store import Blocks
+from nlds_vines.runs.store import BlockStore
 from nlds_vines.tuning import design_space, run
 from nlds_vines.tuning.design_space import BOUNDS, CUT, DRAWS, Free, Uncertain, places_of
 from nlds_vines.tuning.request import STARTS, Search, load_tuning
@@ -252,7 +252,7 @@ def test_cma_finds_a_bowl_where_it_is_installed():
 
 def test_blocks_of_other_designs_are_computed_again(tmp_path, capsys, monkeypatch):
     tuning = load_tuning("tmd")
-    store, trials = Blocks(tmp_path / "a.h5", tuning), run.at_rest(np.ones((2, 2)))
+    store, trials = BlockStore(tmp_path / "a.h5", tuning), run.at_rest(np.ones((2, 2)))
     states = np.zeros((2, 4))
     store.save(0, {"asked": trials, "found": states})
     monkeypatch.setattr(run.Objective, "results", lambda self, trials: np.ones((len(trials), 4)))

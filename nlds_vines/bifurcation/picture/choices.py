@@ -32,7 +32,7 @@ _NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings 
 
 
 @dataclass(frozen=True)
-class Quantity:
+class DrawnQuantity:
     name: str  # the word of `--show`: a dataset, or a component of the section
     dataset: str
     units: str
@@ -64,41 +64,41 @@ def quantities(
     components: Sequence[str],
     signals: Sequence[str] = (),
     *parts: Sequence[str],
-) -> dict[str, Quantity]:
+) -> dict[str, DrawnQuantity]:
     """Return the drawable quantities of datasets by name.
 
     There is one for each component, for each signal, and for each name along `PARTS`.
     """
-    by_name: dict[str, Quantity] = {}
+    by_name: dict[str, DrawnQuantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
             for i, name in enumerate(components):
                 unit, body = entry.units.split(", ")[i % 2], name.removeprefix("v_")
                 words = f"{('displacement', 'velocity')[i % 2]} of {body}, {entry.long_name}"
                 about = unit, words, np.nan, False
-                by_name[name] = Quantity(name, SECTION, *about, index={"component": i})
+                by_name[name] = DrawnQuantity(name, SECTION, *about, index={"component": i})
         elif SIGNAL in entry.dims:  # a quantity for each signal, `broadband:x1`
             units, single = entry.units.split(", "), entry.tail == (SIGNAL,)
             for i, signal in enumerate(signals):
                 unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
                 about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
                 name = f"{entry.name}:{signal}"
-                by_name[name] = Quantity(name, entry.name, *about, index={SIGNAL: i})
+                by_name[name] = DrawnQuantity(name, entry.name, *about, index={SIGNAL: i})
         elif (dims := {*PARTS} & {*entry.dims}) and "start" in entry.dims:
             (dim,), is_single = dims, entry.tail == (*dims,)
             for i, part in enumerate(parts[PARTS.index(dim)]):
                 about = entry.units, entry.long_name, float(entry.fill), is_single
                 name = f"{part}.{entry.name}"
-                by_name[name] = Quantity(name, entry.name, *about, index={dim: i})
+                by_name[name] = DrawnQuantity(name, entry.name, *about, index={dim: i})
         elif entry.dtype != "str" and "start" in entry.dims:
             is_code = entry.flags is not None
             if not (entry.tail if is_code else {*_NO_NUMBERS} & {*entry.tail}):
                 about = entry.units, entry.long_name, float(entry.fill), not (is_code or entry.tail)
-                by_name[entry.name] = Quantity(entry.name, entry.name, *about, coded=is_code)
+                by_name[entry.name] = DrawnQuantity(entry.name, entry.name, *about, coded=is_code)
     return by_name
 
 
-def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
+def quantities_in(view: ArchiveView) -> dict[str, DrawnQuantity]:
     names = ("component", SIGNAL, *PARTS)
     dims = (list(view[name]) if name in view else [] for name in names)
     by_name = quantities(map(view.describe, view.names), *dims)
@@ -128,7 +128,7 @@ class Slice:
         pairs = ((name, float(self.view[name][place])) for name, place in self.at.items())
         return ", ".join(setting_label(*pair) for pair in pairs)
 
-    def of(self, quantity: Quantity) -> np.ndarray:
+    def of(self, quantity: DrawnQuantity) -> np.ndarray:
         return quantity.of(self.view, self.at)
 
     def labels(self) -> np.ndarray | None:
@@ -154,7 +154,7 @@ GROUPS = ("displacement", "velocity", "energy")
 """Words for several quantities of a diagram."""
 
 
-def group(word: str, drawn: Mapping[str, Quantity]) -> list[str]:
+def group(word: str, drawn: Mapping[str, DrawnQuantity]) -> list[str]:
     """Return the quantities that a word of `GROUPS` means: those of the damper first."""
     if word == "energy":
         datasets = [entry.name for entry in stored_in("energy")]
@@ -163,7 +163,7 @@ def group(word: str, drawn: Mapping[str, Quantity]) -> list[str]:
     return of_section[::2][::-1] if word == "displacement" else of_section[1::2][::-1]
 
 
-def usual_places(view: ArchiveView, drawn: Mapping[str, Quantity]) -> list[str]:
+def usual_places(view: ArchiveView, drawn: Mapping[str, DrawnQuantity]) -> list[str]:
     """Return the displacements of a usual diagram: of many, a damper and what it hangs on."""
     places = group("displacement", drawn)
     if len(places) <= 2:
@@ -182,13 +182,13 @@ def is_map(values: Sequence[np.ndarray]) -> bool:
     return len(values) == 2 and not any(map(is_list, values))
 
 
-def usual_show(recorded: Mapping[str, Quantity], labeled: bool) -> str | None:
+def usual_show(recorded: Mapping[str, DrawnQuantity], labeled: bool) -> str | None:
     if labeled:
         return REGIMES
     return next(iter(drawn_by(MAPS, recorded)), None)
 
 
-def drawn_by(place: str, recorded: Mapping[str, Quantity]) -> list[str]:
+def drawn_by(place: str, recorded: Mapping[str, DrawnQuantity]) -> list[str]:
     """Return the recorded quantities that are drawn at a place of `model.quantities`, in order."""
     return [
         name
@@ -204,7 +204,7 @@ def scale_and_quantity(show: str) -> tuple[str, str]:
     return scale, show.removeprefix(scale)
 
 
-def rows_of(show: str, drawn: Mapping[str, Quantity]) -> list[str]:
+def rows_of(show: str, drawn: Mapping[str, DrawnQuantity]) -> list[str]:
     """Return the quantities of a diagram from the top: `x1,energy` gives x1, E1max and E2max."""
     rows: list[str] = []
     for word in filter(None, (piece.strip() for piece in show.split(","))):
@@ -221,7 +221,7 @@ def check_show(
     show: str,
     values: Sequence[np.ndarray],
     starts: int,
-    drawn: Mapping[str, Quantity],
+    drawn: Mapping[str, DrawnQuantity],
     labeled: bool,
 ) -> None:
     """Raise `RequestError` unless the picture of a scan over such axes can show `show`."""
@@ -258,7 +258,7 @@ _USUAL_PANELS = 8  # of samples: two of the first quantity alone, the others aga
 
 
 def sample_panels(
-    recorded: Mapping[str, Quantity], columns: Sequence[str], labeled: bool
+    recorded: Mapping[str, DrawnQuantity], columns: Sequence[str], labeled: bool
 ) -> dict[str, str]:
     """Return the panels that samples can fill, with their descriptions."""
     numbers = {name: one for name, one in recorded.items() if one.single}

@@ -21,7 +21,7 @@ from matplotlib.transforms import offset_copy
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.picture import choices
-from nlds_vines.bifurcation.picture.choices import SECTION, Quantity, Slice
+from nlds_vines.bifurcation.picture.choices import SECTION, DrawnQuantity, Slice
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.labels import CHAOS, final
@@ -160,7 +160,7 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
 
 
 def _usual_rows(
-    view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, Quantity]
+    view: ArchiveView, cuts: Sequence[Slice], recorded: Mapping[str, DrawnQuantity]
 ) -> list[str]:
     below = choices.drawn_by(BELOW, recorded)
     places = choices.usual_places(view, recorded)
@@ -206,7 +206,7 @@ _BAR = (1.012, 0.0, 0.014, 1.0)  # of the panel: the bar's left edge, foot, widt
 
 
 def fill_panel(
-    panel: Axes, cuts: Sequence[Slice], recorded: Mapping[str, Quantity], name: str
+    panel: Axes, cuts: Sequence[Slice], recorded: Mapping[str, DrawnQuantity], name: str
 ) -> None:
     quantity, cut = recorded[name], cuts[0]
     if logarithmic(cut.values):
@@ -303,7 +303,7 @@ def _dots_of(cut: Slice, look: Look, values: np.ndarray) -> tuple[np.ndarray, np
     return np.repeat(cut.values[cells], shown.shape[1]), shown.ravel()
 
 
-def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
+def _draw_dots(panel: Axes, cut: Slice, quantity: DrawnQuantity) -> None:
     """Draw orbits as dots, with a color for each attractor; where they cover much, translucent."""
     ordinates = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
@@ -336,7 +336,7 @@ def _wall_colors(cut: Slice) -> list[str]:
     return [*islice(cycle(_WALL_COLORS), len(cut.view.flags(_WALL)))]
 
 
-def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
+def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: DrawnQuantity) -> None:
     if scale_of(quantity.dataset) == ERROR:
         panel.set_yscale("log")
     for cut, color in zip(cuts, curve_colors(len(cuts)), strict=True):

@@ -22,7 +22,7 @@ from ..scene.scene import accelerations, damper_of, joined, unloaded
 from ..watch.observe import TOUCH
 from .load_orbit import (
     ALIKE,
-    Load,
+    PolynomialLoad,
     buffers_for,
     ends_of_cell,
     energy_of,
@@ -157,7 +157,7 @@ def flown_in_subcells(parts, cell, load, i, within, start, buffers):
         edges[m + 1] = (m + 1) * sub_length
         for k in range(LOAD_ROW):
             rows[LOAD_ROW * m + k] = table[DRIVE + k]
-    finer = Load(edges, rows, np.zeros(SUBCELLS + 1), sums_of(rows), load.shaken)
+    finer = PolynomialLoad(edges, rows, np.zeros(SUBCELLS + 1), sums_of(rows), load.shaken)
     state = new_state()
     for j in range(4):
         state[j] = start[j]
@@ -402,7 +402,7 @@ class Loads(NamedTuple):
     first: Any  # (orbits,) index of an orbit's first edge in `edges`
     after: Any  # (orbits,) index after its last one
     blow: Any  # (orbits,) index of its first jump in `jumps`
-    shaken: Any  # as of `Load`
+    shaken: Any  # as of `PolynomialLoad`
 
 
 class LoadResults(NamedTuple):
@@ -468,7 +468,7 @@ def fly_orbits(begin, end, parts, cells, loads, starts, asked, results):
     """
     for i in range(begin, end):
         first, after, blow = loads.first[i], loads.after[i], loads.blow[i]
-        load = Load(
+        load = PolynomialLoad(
             loads.edges[first:after],
             loads.rows[LOAD_ROW * first : LOAD_ROW * (after - 1)],
             loads.jumps[blow : blow + (after - first)],

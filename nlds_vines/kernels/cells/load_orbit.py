@@ -68,7 +68,7 @@ EDGE_SUMS = 5  # columns of the sums (`response.note_sums`)
 ROUNDED_UP = 1.0 + 1.0e-9  # by how much round-off may lengthen a cell beyond REACH
 
 
-class Load(NamedTuple):
+class PolynomialLoad(NamedTuple):
     """A force on the structure, a polynomial in each cell, and jumps of its velocity."""
 
     edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
@@ -80,7 +80,7 @@ class Load(NamedTuple):
 
 @jit
 def structure_moved(parts, shaken, cell):
-    """Return the `Structure` of a cell under a load in N; shaken: as in `Load`."""
+    """Return the `Structure` of a cell under a load in N; shaken: as in `PolynomialLoad`."""
     ps = structure_under(parts, cell)
     return Structure(
         ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load,

@@ -155,7 +155,7 @@ MOST_SHRUNK = 6.0  # -ln of the factor by which a volume may shrink between two 
 FEWEST_PROJECTIONS = 8  # in each of the BATCHES
 
 
-class Course(NamedTuple):
+class OrbitSections(NamedTuple):
     """The sections of an orbit; section m is the state at the time m T, section 0 the start."""
 
     record: np.ndarray  # (rows, components) in the user's coordinates; row 0 is section first + 1
@@ -180,7 +180,7 @@ def oldest_of(course):
 def bare_course(course):
     """Return a course to read sections of, whose record is one bare row."""
     record = bare(course.record.reshape(-1))
-    return Course(record, course.length, course.first, bare(course.origin))
+    return OrbitSections(record, course.length, course.first, bare(course.origin))
 
 
 @by_flow
@@ -252,7 +252,7 @@ LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for 
 LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the first ones
 
 
-class Cycle(NamedTuple):
+class PredictedCycle(NamedTuple):
     """A stable orbit of n periods, and what its returns are predicted with."""
 
     n: int
@@ -265,14 +265,14 @@ class Cycle(NamedTuple):
 
 @jit
 def cycle_through(space, y, tangent, points):
-    """Return the `Cycle` through y whose sections are `points` (n, width).
+    """Return the `PredictedCycle` through y whose sections are `points` (n, width).
 
     Sections hold positions, so a motion that is tiny beside the damper's rest offset has few
     digits.
     """
     span = span_of(space, points)
     off, resolvable = y.copy(), TINY * span + space.blur
-    return Cycle(len(points), bare(y), bare(tangent), off, span, resolvable)
+    return PredictedCycle(len(points), bare(y), bare(tangent), off, span, resolvable)
 
 
 @jit
@@ -645,7 +645,7 @@ def judge(flow, ends, record, first, stages, evidence):
     ends: the states (2, ...) at the orbit's beginning and end; record (periods, components): its
     sections after the `first` periods; stages: further periods of each stage.
     """
-    course = Course(record, len(record), first, ends[0].copy())
+    course = OrbitSections(record, len(record), first, ends[0].copy())
     row, period = evidence.row, flow.period
     for values in evidence:
         values[:] = np.nan
@@ -697,5 +697,5 @@ def judge(flow, ends, record, first, stages, evidence):
             status = run_on(flow, rows, further, now)
         if status != OK:
             return status
-        course = Course(record, length + further, course.first, course.origin)
+        course = OrbitSections(record, length + further, course.first, course.origin)
     return OK

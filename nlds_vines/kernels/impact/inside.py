@@ -515,7 +515,7 @@ def vary(side, phase, before, after, tangent):
 # impact is stepped.
 
 
-class Motion(NamedTuple):
+class RowsOfMotion(NamedTuple):
     """Rows of the structure's motion at the nodes, in the scratch of variations."""
 
     x1: int = ARC.variations
@@ -525,7 +525,7 @@ class Motion(NamedTuple):
     jerk: int = ARC.variations + 4 * NODE_ROW  # its rate
 
 
-MOTION = Motion()
+MOTION = RowsOfMotion()
 
 
 @jit
@@ -541,7 +541,7 @@ def motion_of_touch(side, ground, state, phase):
 
 @jit
 def sums_at_nodes(side, nodes, approach, ground):
-    """Fill the rows `Motion`; return the first seven integrals of a tally (`response_sums`)."""
+    """Fill `RowsOfMotion`; return the first seven integrals of a tally (`response_sums`)."""
     ps, wall, sign, w, at = side.ps, side.wall, side.sign, nodes.w, nodes.at
     share = sign * side.damper.share
     of_x, of_v, of_a, of_r = four(0.0), four(0.0), four(0.0), four(0.0)

@@ -48,7 +48,7 @@ FIRST = 32  # periods for which the first reference stays: sampled orbits have s
 RENEWAL_STRIDE, RENEWAL_SHARE = 8, 8  # a later one stays for so many periods, or 1/8 of all
 
 
-class Reference(NamedTuple):
+class PlaceOfReference(NamedTuple):
     state: int = 0  # x1, v1, r, s, q, mode
     ahead: int = 6  # the 9 numbers of `inside.Ahead`
     since: int = 15  # the period that it precedes
@@ -68,7 +68,7 @@ class Reference(NamedTuple):
     recalled: int = 23 + NUMBERS - MOST + 4 * SUMS  # the impacts that the table of the arc recalls
 
 
-AT = Reference()
+AT = PlaceOfReference()
 
 
 @jit

@@ -64,7 +64,7 @@ class Format:
     find: Callable[[Lines, int, int], Facts] | None = None
 
 
-class Block(NamedTuple):
+class FileBlock(NamedTuple):
     """One component: the words of its header, and the lines from its first number on."""
 
     facts: Facts
@@ -101,7 +101,7 @@ def read_format(form: Format, lines: Lines) -> Content | None:
     return Content(columns, 0.0 if has_times else step, name, are_components=True)
 
 
-def _blocks(form: Format, above: re.Pattern[str], lines: Lines) -> Iterator[Block]:
+def _blocks(form: Format, above: re.Pattern[str], lines: Lines) -> Iterator[FileBlock]:
     """Yield the components; a header is all words between the numbers above and those below it."""
     searched = lines if form.is_repeated else lines[:HEADER]
     worded = [i for i, (_, text) in enumerate(searched) if re.search("[A-Za-z#]", text[:200])]
@@ -127,7 +127,7 @@ def _blocks(form: Format, above: re.Pattern[str], lines: Lines) -> Iterator[Bloc
         first = end + 1 + int(facts.get("header_rows", form.header_rows))
         while first < len(lines) and not _has_numbers(lines[first][1]):
             first += 1  # names of columns, rulers
-        yield Block(facts, lines[first:])
+        yield FileBlock(facts, lines[first:])
         begin = end + 1
 
 
@@ -185,7 +185,7 @@ def _unit(form: Format, facts: Facts) -> tuple[str, float]:
     return unit, factor
 
 
-def _component_names(form: Format, blocks: Sequence[Block]) -> list[str]:
+def _component_names(form: Format, blocks: Sequence[FileBlock]) -> list[str]:
     """Return the names of components, which differ, of blocks that each have one."""
     stated = [" ".join(block.facts.get("component", "").split()) for block in blocks]
     names = [form.components.get(name, name) for name in stated]
@@ -197,7 +197,9 @@ def _component_names(form: Format, blocks: Sequence[Block]) -> list[str]:
     ]
 
 
-def _series_of(form: Format, block: Block, name: str, step: float, is_only: bool) -> list[Column]:
+def _series_of(
+    form: Format, block: FileBlock, name: str, step: float, is_only: bool
+) -> list[Column]:
     """Return the values of a block that stand row by row, and their times if it has them."""
     unit, factor = _unit(form, block.facts)
     count, width = _count(block.facts, step), int(block.facts.get("width", form.width))
@@ -232,7 +234,7 @@ def _numbers(rows: Lines, count: int, width: int, is_only: bool) -> list[float]:
     return numbers
 
 
-def _columns(form: Format, block: Block) -> list[Column]:
+def _columns(form: Format, block: FileBlock) -> list[Column]:
     """Return the columns of components, behind that of times if there is one."""
     stated = block.facts.get("component", "").replace("(+)", "").strip()
     names = [name for name in re.split(form.between, stated) if name]

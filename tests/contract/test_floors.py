@@ -158,6 +158,7 @@ def test_kernels_know_numbers_only_and_are_compiled(name):
             assert used & {"jit", "by_wall", "by_flow"}, node.name
 
 
+@pytest.mark.slow("all imports of the package")
 def test_each_library_has_its_home():
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.hdf5"}

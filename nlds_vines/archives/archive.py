@@ -354,30 +354,36 @@ class ArchiveView(Outlined):
         grid = np.meshgrid(*(self[dim] for dim in rows), indexing="ij")
         columns = {dim: values.ravel() for dim, values in zip(rows, grid, strict=True)}
         for column, (name, place) in owned.items():
-            dims, values, words = self.dims(name), self[name], self.flags(name)
+            dims = self.dims(name)
             if not {*dims} <= {*rows, *of_columns}:
                 raise RequestError(
                     f"{name} has the dimensions {', '.join(dims)}: it cannot stand in a table over "
                     f"{', '.join(rows)}; take it alone"
                 )
-            if words:
-                values = _in_words(values, words)
-            parts = {column: values}
-            if _COMPONENT in dims:
-                last, prefix = np.moveaxis(values, dims.index(_COMPONENT), -1), f"{name}_"
-                parts = {
-                    f"{prefix * (name != 'section')}{part}": last[..., i]
-                    for i, part in enumerate(self[_COMPONENT])
-                }
-            for owner in {*OWNERS} & {*dims}:
-                last = np.moveaxis(values, dims.index(owner), -1)
-                parts = {f"{one}.{name}": last[..., i] for i, one in enumerate(self[owner])}
-                if place:
-                    parts = {column: last[..., place[owner]]}
             wide = tuple(slice(None) if dim in dims else np.newaxis for dim in rows)
-            for heading, part in parts.items():
+            for heading, part in self._parts(column, name, place).items():
                 columns[heading] = np.broadcast_to(part[wide], grid[0].shape).ravel()
         return columns
+
+    def _parts(self, column: str, name: str, place: Mapping[str, int]) -> dict[str, np.ndarray]:
+        """Return the columns of a dataset by their headings, without components and owners.
+
+        It is asked for as `column`, and of one owner if that has a `place` in its dimension.
+        """
+        values = self[name]
+        dims = self.dims(name)
+        if words := self.flags(name):
+            values = _in_words(values, words)
+        for dim in {*OWNERS} & {*dims}:
+            last = np.moveaxis(values, dims.index(dim), -1)
+            if place:
+                return {column: last[..., place[dim]]}
+            return {f"{owner}.{name}": last[..., i] for i, owner in enumerate(self[dim])}
+        if _COMPONENT in dims:
+            last = np.moveaxis(values, dims.index(_COMPONENT), -1)
+            prefix = "" if name == "section" else f"{name}_"
+            return {f"{prefix}{part}": last[..., i] for i, part in enumerate(self[_COMPONENT])}
+        return {column: values}
 
     def _dimension(self, word: str) -> str:
         """Return the dimension that a word names, "point" or "points"; "" for any other word.

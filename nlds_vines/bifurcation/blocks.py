@@ -57,7 +57,9 @@ def blocks_of(request: Any, shard: Shard | None = None) -> list[Block]:
             pieces = ceil(length / size)  # as equal as possible
             edges = [length * i // pieces for i in range(pieces + 1)]
             sides.append(list(pairwise(edges)))
-        blocks += [Block(len(blocks) + i, slices) for i, slices in enumerate(product(*sides))]
+        first = len(blocks)
+        for i, slices in enumerate(product(*sides)):
+            blocks.append(Block(first + i, slices))
     return blocks if shard is None else blocks[shard.blocks]
 
 
@@ -109,9 +111,13 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
     per_cell *= scan.system.scene.cost
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
-    last, cells = scan.shape[-1], max(1, min(by_time, by_size))
-    along = last if scan.start.sweeps else min(last, cells)
-    return (max(1, cells // last) if along == last else 1), along
+    cells = max(1, min(by_time, by_size))
+    last = scan.shape[-1]
+    columns = last if scan.start.sweeps else min(last, cells)
+    rows = 1
+    if columns == last:
+        rows = max(1, cells // last)
+    return rows, columns
 
 
 _BLOCKS = 2  # in memory

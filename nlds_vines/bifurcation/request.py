@@ -252,8 +252,10 @@ class Scan(Request):
             raise RequestError(f"nodes = {self.nodes}: impacts of {scene.meaning} have no nodes")
         varied = self.parameters if self.sampled is None else ()
         edges = [axis.values[[0, -1]].tolist() for axis in varied]
-        corners = (zip(varied, corner, strict=True) for corner in product(*edges))
-        self.system.refuse_corners({axis.name: value for axis, value in one} for one in corners)
+        corners = []
+        for values in product(*edges):
+            corners.append({axis.name: value for axis, value in zip(varied, values, strict=True)})
+        self.system.refuse_corners(corners)
         if PHASE in names and start.phase:
             raise RequestError(f"phase is varied, and phase = {start.phase!r} given: choose")
         # any other name must be an initial condition; the system refuses parameters that its kind

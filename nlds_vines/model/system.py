@@ -956,11 +956,15 @@ class Preset(System):
     @property
     def statements(self) -> dict[str, float]:
         ratios = list(self.fixed_ratios)
-        names = dict(zip(meant_by(self.scene, ratios), ratios, strict=True))
-        return {
-            names.get(name, name): self.fixed_ratios.get(names.get(name, name), value)
-            for name, value in self.parameters.items()
-        }
+        ratio_of = dict(zip(meant_by(self.scene, ratios), ratios, strict=True))
+        statements = {}
+        for name, value in self.parameters.items():
+            if name in ratio_of:
+                ratio = ratio_of[name]
+                statements[ratio] = self.fixed_ratios[ratio]
+            else:
+                statements[name] = value
+        return statements
 
     def following(self, names: Collection[str]) -> set[str]:
         return following(self.scene, self.fixed_ratios, names)

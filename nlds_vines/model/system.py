@@ -15,7 +15,7 @@ from functools import cached_property, partial
 from inspect import Signature, signature
 from math import fsum, inf, pi, sqrt
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -791,11 +791,17 @@ class Preset(System):
     ) -> tuple[str, ...]:
         """Return no names: the response of a kind is that of its own coordinates."""
         if len(names):
-            raise RequestError(
-                f"of = {shown(list(names))}: kind {self.kind!r} names no displacements; its "
-                "response is x1_max, a1_max and others by the symbols of the paper"
-            )
+            raise self._without_names(names)
         return ()
+
+    def displacement(self, name: str) -> NoReturn:
+        raise self._without_names([name])
+
+    def _without_names(self, names: Sequence[str]) -> RequestError:
+        return RequestError(
+            f"of = {shown(list(names))}: kind {self.kind!r} names no displacements; its "
+            "response is x1_max, a1_max and others by the symbols of the paper"
+        )
 
     @property
     def damper_names(self) -> tuple[str, ...]:

@@ -484,7 +484,7 @@ FORM = Form(
     (HistoryRequest, Loading, Beside),
     whole=("vary", "samples"),
     lists=("systems",),
-    nested=ALL,
+    nested=(*ALL, "load"),
     sources="a path, a name, a System, a list of these, a table or a HistoryRequest",
 )
 

@@ -129,7 +129,7 @@ def numbers_of(
             if load.suite:
                 load = load.member(int(changes.pop(LOAD)))
             draw = changes.pop("draw", 0)
-            load = load.redrawn(draw) if draw else load
+            load = load.redrawn(draw) if draw and load.noise else load
             loads[key] = load.with_({"impulse": 0.0, **changes})
         each.append((loads[key], impulse * loads[key].scale))
     grid = {name: v for name, v in values.items() if system.takes(name)}

@@ -242,10 +242,11 @@ KEYS_OF: Mapping[str, frozenset[str]] = {
                         "periods")),
     "search": frozenset(
         ("method", "objective", "population", "generations", "polish", "optima", "within", "apart",
-         "seed", "seeds", "draws", "quantile", "doublings", "step", "unstable", "points",
+         "seed", "seeds", "records", "draws", "quantile", "doublings", "step", "unstable", "points",
          "tori", "tolerance")
     ),
 }  # fmt: skip
+OWNER_OF_LOADS = "load."  # in front of numbers of loads: load.scale
 ELSEWHERE = {("sampling", "of"): "[record]"}  # keys that belong in another table
 
 
@@ -447,8 +448,17 @@ class Merged:
         return any(is_given(self.layers[1][1].get(name)) for name in names)
 
     def table(self, name: str) -> Document:
-        """Return the merged entries of a table by names of parameters, which are not validated."""
-        return tables(self.document.get(name, {}), self.form.nested)
+        """Return the merged entries of a table by names of parameters, which are not validated.
+
+        A number of the loads may have its owner in front: `load.scale` is `scale`.
+        """
+        named: dict[str, Any] = {}
+        for key, entry in tables(self.document.get(name, {}), self.form.nested).items():
+            plain = key.removeprefix(OWNER_OF_LOADS) if self.form.nested else key
+            if plain in named:
+                raise RequestError(f"{self.place(name)}: {plain} stands twice, also as {key}")
+            named[plain] = entry
+        return named
 
     def of(self, owner: Any) -> dict[str, Any]:
         return {

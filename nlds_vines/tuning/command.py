@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,7 @@ from nlds_vines.cli.options import (
     spaced,
 )
 from nlds_vines.cli.running import optional_path
+from nlds_vines.cli.terminal import complain
 from nlds_vines.errors import at, from_text
 from nlds_vines.loads.command import LOAD
 from nlds_vines.loads.request import HistoryRequest, load_table
@@ -143,10 +145,18 @@ class Job(commands.Job):
     def __post_init__(self) -> None:
         check_installed(self.request.search.method)
         names = [item.name for item in self.request.free if not item.inert]
-        if self.plot is not None and self.request.surface is None and len(names) > 1:
+        is_cheap = self.request.history is None and not self.request.draws
+        wants_surface = self.plot is not None and self.request.surface is None
+        if wants_surface and is_cheap and len(names) > 1:
             surface = Surface((names[0], names[1]))
             object.__setattr__(self, "request", replace(self.request, surface=surface))
         super().__post_init__()
+
+    def results(self) -> Any:
+        """Compute the tuning; under a load its price is told before."""
+        if self.request.history is not None and not self.how.quiet:
+            complain(_NAME, price_in_words(self.request))
+        return super().results()
 
     def check_picture(self) -> None:
         surface = self.request.surface
@@ -197,12 +207,36 @@ class Job(commands.Job):
             f"at most {search.generations} generations, "
             f"seeds {search.seed} to {search.all_seeds[-1]}",
             f"designs:  at most {tuning.most_evaluations}, {orbits} orbits each",
+            *([f"fresh:    {tuning.fresh_draws} draws of each optimum"] if tuning.draws else []),
             f"periods:  {tuning.transient} + {tuning.periods} each, "
             f"at most {tuning.most_lanes * each} in all"
             if history is None
-            else f"followed: {history.duration:g} s each",
+            else f"followed: {history.duration:g} s each, at most {tuning.most_lanes} histories",
             f"archive:  {self.archive}",
         ]
+
+
+def price_in_words(tuning: Tuning) -> str:
+    """Return the most histories that a tuning computes, and their time by one design in the middle.
+
+    That design is computed twice, of which the second time counts: the first one compiles.
+    """
+    from nlds_vines.tuning.run import Objective, at_rest
+
+    assert tuning.history is not None
+    middle = [float(one.value(np.asarray(0.5))) for one in tuning.free]
+    trial = at_rest(np.array([middle]))
+    objective = Objective(tuning)
+    objective.results(trial)
+    began = time.process_time()
+    objective.results(trial)
+    orbits = tuning.case_count * (tuning.draws + 1)
+    seconds = (time.process_time() - began) / orbits
+    total = seconds * tuning.most_lanes
+    return (
+        f"at most {tuning.most_lanes} histories of {tuning.history.duration:g} s, "
+        f"{1e3 * seconds:.2g} ms each: up to {total:.2g} s of the processor"
+    )
 
 
 def _system(text: str) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, choice, from_text, number, shown, table
 from nlds_vines.model.axis import Interval
-from nlds_vines.model.parameters import FORCE, FORCING, GROUND, STRUCTURE, split_name
+from nlds_vines.model.parameters import DESCRIBED, FORCE, FORCING, GROUND, STRUCTURE, split_name
 from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import BASES, Scene
 
@@ -26,7 +26,18 @@ DIGITS = 9  # of a place on a normal distribution: logarithms of libraries diffe
 DRAWS = 64  # the default number of draws if something is uncertain
 MOST_DRAWS = 2**16  # a power of two: only then are Sobol points even
 FRESH_DRAWS = 1024  # by which an optimum is judged again at least, none of them from the search
+FRESH_UNDER_LOAD = 128  # the same under loads, where an orbit is a whole history
 FRESH_SEED = 2**32  # offset of the seed of the fresh draws: the seeds of searches are smaller
+
+
+UNITS: Mapping[str, tuple[str, float]] = {
+    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3),
+    "kg": ("kg", 1.0), "t": ("kg", 1e3), "N": ("N", 1.0), "kN": ("N", 1e3),
+    "N/m": ("N/m", 1.0), "kN/m": ("N/m", 1e3), "N/mm": ("N/m", 1e3),
+    "N s/m": ("N s/m", 1.0), "kN s/m": ("N s/m", 1e3), "N s": ("N s", 1.0), "s": ("s", 1.0),
+    "rad/s": ("rad/s", 1.0), "Hz": ("Hz", 1.0),
+}  # fmt: skip
+"""The units of a spread in words, each with its SI unit and factor."""
 
 
 class Bounds(NamedTuple):
@@ -158,8 +169,12 @@ class Uncertain:
         spread, law = settings.get("spread"), settings.get("law", NORMAL)
         if isinstance(spread, str) and spread.endswith("%"):
             return cls(name, from_text(float, f"spread of {name}", spread[:-1]), True, law)
+        if isinstance(spread, str) and " " in spread:
+            return cls(name, _with_unit(name, spread), False, law)
         if isinstance(spread, str) or spread is None:
-            raise RequestError(f"spread of {name} = {shown(spread)} must be as '5%', or a number")
+            raise RequestError(
+                f"spread of {name} = {shown(spread)} must be as '5%', or a number, or as '0.5 mm'"
+            )
         return cls(name, number(f"spread of {name}", spread), False, law)
 
     def entry(self) -> dict[str, Any]:
@@ -177,6 +192,16 @@ class Uncertain:
 
     def words(self) -> str:
         return f"{self.name} ±{self.spread:g}{' %' if self.relative else ''} ({self.law})"
+
+
+def _with_unit(name: str, text: str) -> float:
+    """Return a spread such as "0.5 mm" in SI units; its unit must be that of the parameter."""
+    size, _, unit = text.strip().partition(" ")
+    si, factor = UNITS[choice(f"unit of the spread of {name}:", unit.strip(), UNITS)]
+    own = DESCRIBED[name].unit if name in DESCRIBED else si
+    if own != si:
+        raise RequestError(f"spread of {name} = {shown(text)}: {name} is in {own}")
+    return from_text(float, f"spread of {name}", size) * factor
 
 
 def places_of(uncertain: tuple[Uncertain, ...], draws: int, seed: int) -> np.ndarray:

@@ -70,8 +70,10 @@ def _fill(axes: Axes, view: ArchiveView, name: str = "") -> None:
         _draw_surface(axes, view)
     elif len(free) == 1:
         _draw_curve(axes, view, free[0])
+    elif free:
+        _draw_designs(axes, view, free[0], free[1])
     else:
-        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
+        raise RequestError(f"{view.path} has no free parameter that can be drawn")
     add_legend(axes, axes.get_legend_handles_labels()[0], "above")
 
 
@@ -100,6 +102,38 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
     axes.set_ylabel(_objective(view))
+
+
+def _draw_designs(axes: Axes, view: ArchiveView, first: str, second: str) -> None:
+    """Draw the designs of the search over two parameters, in the color of their objective."""
+    codes = {word: code for code, word in view.flags("stage").items()}
+    searched = np.isin(view["stage"], [codes["global"], codes["polish"]])
+    objectives = drawable(view["objective"])[searched]
+    x, y = view[first][searched], view[second][searched]
+    finite = np.isfinite(objectives)
+    look: dict[str, Any] = {"s": 9.0, "linewidths": 0.0}
+    axes.scatter(x[~finite], y[~finite], color=NO_VALUE, label="inadmissible", **look)
+    order = np.argsort(-objectives[finite])  # the best on top
+    values = objectives[finite][order]
+    norm: Normalize = Normalize()
+    if values.size and 0 < values.min() * _WIDE < values.max():
+        norm = LogNorm(values.min(), values.max())
+    dots = axes.scatter(
+        x[finite][order], y[finite][order], c=values, cmap=SHADES, norm=norm, **look
+    )
+    best_x, best_y = view[f"{_OPTIMUM}{first}"], view[f"{_OPTIMUM}{second}"]
+    star: dict[str, Any] = {"markersize": 11, "mfc": _MARK, "mec": "white", "mew": 0.6}
+    axes.plot(best_x[:1], best_y[:1], "*", zorder=5, label=_best(view), **star)
+    for values_of_axis, axis, scale in (
+        (x, axes.xaxis, axes.set_xscale),
+        (y, axes.yaxis, axes.set_yscale),
+    ):
+        if values_of_axis.min() > 0.0 and values_of_axis.max() > _WIDE * values_of_axis.min():
+            scale("log")
+            write_out_ticks(axis)
+    axes.set(xlabel=axis_label(first), ylabel=axis_label(second))
+    size: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}
+    axes.figure.colorbar(dots, ax=axes, label=_objective(view), **size)
 
 
 def _best(view: ArchiveView) -> str:

@@ -61,6 +61,7 @@ from nlds_vines.model.system import System
 from nlds_vines.tuning.design_space import (
     DRAWS,
     FRESH_DRAWS,
+    FRESH_UNDER_LOAD,
     MOST_DRAWS,
     USUAL,
     Free,
@@ -73,6 +74,8 @@ from nlds_vines.tuning.design_space import (
 SAMPLED, SAMPLED_FREE = 60, 2
 OBJECTIVE, UNDER_LOAD = "E1max", "last_1"  # by default: of the steady state, and under a load
 QUANTILE = 0.9  # the quantile of draws that is reported unless another one is the objective
+LARGEST, MEAN, MEDIAN, EIGHTY_FOUR = "largest", "mean", "median", "84%"
+OVER_RECORDS = (LARGEST, MEAN, MEDIAN, EIGHTY_FOUR)  # what judges a design under a suite
 SEARCHES = ("de", "cma")  # differential evolution; CMA-ES, which needs the extra `cma`
 MOST_LANES = 10**8  # the most orbits of one tuning: days of work on a large machine
 STARTS = 4  # random ones of an optimum that is tested
@@ -119,6 +122,11 @@ class Search:
         0, Whole(0, 2**31), "of the first search: the same seed, the same bits", "N"
     )
     seeds: int = _of_search(1, Whole(1, 1000), "how many searches, each with the next seed", "N")
+    records: str = _of_search(
+        LARGEST, OneOf(OVER_RECORDS, "number over the records"),
+        "the number over the records of a suite that judges a design: `largest`, `mean`, `median`, "
+        "or the 84 % quantile `84%`", "WORD",
+    )  # fmt: skip
     draws: int = _of_search(
         0, Whole(0, MOST_DRAWS), "draws of uncertain parameters and of noise that judge a design: "
         "a power of two", "N", usual=f"{DRAWS} if something is uncertain",
@@ -298,7 +306,8 @@ class Tuning(Request):
     @property
     def fresh_draws(self) -> int:
         """Number of draws by which an optimum is judged again, if the search has draws."""
-        return max(FRESH_DRAWS, self.draws)
+        least = FRESH_DRAWS if self.history is None else FRESH_UNDER_LOAD
+        return max(least, self.draws)
 
     @property
     def quantile(self) -> float:
@@ -314,6 +323,11 @@ class Tuning(Request):
         """Return in words the number that judges a design over so many draws."""
         name = self.search.objective
         worst = name if self.case_count == 1 else f"largest {name} of all cases"
+        if self.has_number_over_records:
+            words = "84 % quantile" if self.search.records == EIGHTY_FOUR else self.search.records
+            worst = f"{words} of {name} over {self.record_count} records"
+            if self.case_count > self.record_count:
+                worst = f"largest of all cases, the {worst}"
         if not self.draws:
             return worst
         by = "mean" if self.search.quantile is None else f"{100 * self.quantile:g} % quantile"
@@ -400,6 +414,8 @@ class Tuning(Request):
             self.system.refuse_under(history.load, of_system)
         if search.draws and not (uncertain or (history is not None and history.load.noise)):
             raise RequestError(f"draws = {search.draws}: neither [uncertain] nor noise is given")
+        if search.records != LARGEST and self.record_count == 1:
+            raise RequestError(f"records = {search.records!r}: there is no suite of records")
         if search.quantile is not None and not self.draws:
             raise RequestError(f"quantile = {search.quantile}: of no draws; see [uncertain]")
         uncertain = [name for name in uncertain if not self._of_load(name)]
@@ -495,6 +511,11 @@ class Tuning(Request):
         return self.record_count * prod(axis.values.size for axis in self.over)
 
     @property
+    def has_number_over_records(self) -> bool:
+        """Whether a suite is judged by another number than its largest one."""
+        return self.record_count > 1 and self.search.records != LARGEST
+
+    @property
     def record_count(self) -> int:
         """Number of records of the suite; 1 without one."""
         return max(1, len(self.history.load.suite)) if self.history is not None else 1
@@ -545,7 +566,7 @@ FORM = Form(
     (Tuning, Search, Surface, HistoryRequest, Loading),
     names=("set", "free", "over", "uncertain"),
     whole=("places",),
-    nested=ALL,
+    nested=(*ALL, "load"),
 )
 
 DEFAULT_SYSTEM = "ssul-set6"

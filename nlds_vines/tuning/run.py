@@ -25,7 +25,7 @@ from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import BlockStore, Write
 from nlds_vines.tuning.batch_of_designs import Batch
 from nlds_vines.tuning.design_space import FRESH_SEED, places_of, units_of, values_of
-from nlds_vines.tuning.request import STARTS, Search, Tuning, check_installed
+from nlds_vines.tuning.request import MEAN, MEDIAN, STARTS, Search, Tuning, check_installed
 from nlds_vines.tuning.result import (
     HOW,
     RESULTS,
@@ -261,7 +261,7 @@ class Objective:
             return self._placed[int(trials[0, len(tuning.free)])].results(trials)
         grid = self._grid(trials)
         if self._batch is None:
-            values = worst(outcome_under(tuning, grid, self._tell))
+            values = judged_cases(tuning, outcome_under(tuning, grid, self._tell))
             return over_draws(values, tuning.search.quantile, tuning.quantile)
         cells = tuning.system.cells(grid)
         results = np.empty((len(trials), len(results_of(tuning))))
@@ -314,6 +314,34 @@ def worst(outcome: Outcome) -> np.ndarray:
     if outcome.impacts is not None:
         columns.append(np.where(np.isfinite(objective), of_case(outcome.impacts), np.nan))
     return np.stack(columns, axis=-1)
+
+
+def judged_cases(tuning: Tuning, outcome: Outcome) -> np.ndarray:
+    """Return `worst`, whose objective is the number over the records of a suite, if one is asked.
+
+    The other columns are those of the worst record, also of one that failed.
+    """
+    results = worst(outcome)
+    if not tuning.has_number_over_records:
+        return results
+    value = np.where(outcome.inadmissible, np.inf, outcome.objective)
+    by_record = value.reshape(*value.shape[:-1], -1, tuning.record_count)
+    results[..., 0] = over_records(by_record, tuning.search.records).max(axis=-1)
+    return results
+
+
+def over_records(values: np.ndarray, word: str) -> np.ndarray:
+    """Return the number of `OVER_RECORDS` over the last axis; infinite values are the largest."""
+    count = values.shape[-1]
+    if word == MEAN:
+        return np.add.reduce(values, axis=-1) / count
+    ascending = np.sort(values, axis=-1)
+    place = (0.5 if word == MEDIAN else 0.84) * (count - 1)
+    below = ascending[..., int(place)]
+    above = ascending[..., ceil(place)]
+    with np.errstate(invalid="ignore"):
+        between = below + (place - int(place)) * (above - below)
+    return np.where(below == above, below, between)
 
 
 def over_draws(results: np.ndarray, judge: float | None, reported: float) -> np.ndarray:

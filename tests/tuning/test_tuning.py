@@ -361,7 +361,7 @@ def test_one_file_is_a_decay_and_a_tuning_and_its_canonical_form_means_the_same(
     assert (tuning.history.load, tuning.history.duration) == (history.load, 9.0)
     assert (tuning.title, tuning.names, tuning.search.objective) == ("Struck", ("k2",), "last_1")
     assert (tuning.unit, tuning.case_count, tuning.draws) == ("s", 2, DRAWS)
-    again = 5 * 2 * (1024 + 1)  # optima, by fresh draws
+    again = 5 * 2 * (128 + 1)  # optima, by fresh draws
     assert tuning.most_lanes == tuning.most_evaluations * 2 * (DRAWS + 1) + again
     # the canonical file means the same
     tuning = load_tuning(file, {"search": {"draws": 8, "quantile": 0.75}})

@@ -83,8 +83,8 @@ def lane_bytes(scan: Scan) -> int:
     if scan.spectral is not None:  # and the buffers of the transform, of as many numbers
         rows += 2 * scan.periods * scan.spectral.samples
     size = len(scan.system.scene.components)
-    if size > 4 and not JUDGED.isdisjoint(scan.want):
-        rows += size + 2  # the monodromy matrix, the exponents and the point of a host
+    if size > 4 and not JUDGED.isdisjoint(scan.want):  # for up to 4 `_LANE_BYTES` has room
+        rows += size + 2  # the monodromy matrix, the exponents and the point
     return 8 * (rows * size + TOUCH_COLUMNS * touches) + _LANE_BYTES
 
 

@@ -164,6 +164,14 @@ def _nearest(text: str, names: Sequence[str]) -> str:
     return (difflib.get_close_matches(word, alike, n=1, cutoff=0.3) or [""])[0]
 
 
+def checked_width(value: object) -> float:
+    """Return the width of a picture [cm]; `RequestError` unless it is from 4 to 100."""
+    width = number("width", value)
+    if not 4.0 <= width <= 100.0:
+        raise RequestError(f"width = {width:g}; allowed: 4 to 100 cm")
+    return width
+
+
 def number(what: str, value: object) -> float:
     """Return `value` as a float; `RequestError` for anything but a finite number, or for a bool."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):

@@ -195,7 +195,7 @@ class Job(commands.Job):
     def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.bifurcation.picture.drawing import PICTURE
 
-        PICTURE.save(self.archive, plot, self.show, self.frequency)
+        PICTURE.save(self.archive, plot, self.show, self.frequency, self.look)
 
     def plan(self) -> list[str]:
         scan = self.request

@@ -16,9 +16,18 @@ from typing import Any, ClassVar, NamedTuple
 from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath, ArchiveView
 from nlds_vines.cli import running
-from nlds_vines.cli.options import FREQUENCY, Option, Parser, add_settings, comma_separated
+from nlds_vines.cli.options import (
+    FREQUENCY,
+    LOOK,
+    Option,
+    Parser,
+    add_settings,
+    comma_separated,
+    look_of,
+)
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, exit_status_of, program, say
 from nlds_vines.errors import LeftAside, RequestError, at, choice, from_text, shown
+from nlds_vines.model.look import USUAL_LOOK, Look
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.model.setting import Checked, Real, Whole, settings_of
 from nlds_vines.runs import interrupts
@@ -130,7 +139,8 @@ class Job:
     """A request and its files; checked when made, before anything heavy is loaded.
 
     The `source` was read and must not be replaced; `frequency` is the unit of axes, by default that
-    of the request.  Further fields of a subclass are options of its command.
+    of the request, `look` the page of the picture.  Further fields of a subclass are options of its
+    command.
     """
 
     default: ClassVar[str] = ""
@@ -145,6 +155,7 @@ class Job:
     plot: Path | None = None
     how: RunOptions = field(default_factory=RunOptions)
     frequency: str | None = None
+    look: Look = USUAL_LOOK
 
     def __post_init__(self) -> None:
         """Raise `RequestError` if a file cannot be written or the picture cannot be drawn."""
@@ -168,6 +179,7 @@ class Job:
             "archive": ArchivePath.for_result(options.output or named or None, "archive"),
             "plot": running.optional_path(options.plot),
             "how": running.run_options(options),
+            "look": look_of(options),
         }
         names = {f.name for f in fields(cls)} - files.keys()
         others = {k: v for k, v in vars(options).items() if k in names and v is not None}
@@ -207,7 +219,7 @@ class Job:
 
     def draw(self, plot: Path, results: Any) -> None:
         picture = TASKS[self.request.content].picture
-        picture.save(self.archive, plot, frequency=self.frequency)
+        picture.save(self.archive, plot, frequency=self.frequency, look=self.look)
 
     def plan(self) -> list[str]:
         raise NotImplementedError
@@ -266,6 +278,8 @@ def of_task(
         add_settings(group, *owners, but=but, usual=usual)
         if not any("frequency" in settings_of(owner) for owner in owners):
             FREQUENCY.add(parser)
+        for option in LOOK:
+            option.add(parser)
         add_run(parser)
 
     def carry_out(chosen: argparse.Namespace) -> int:

@@ -18,6 +18,7 @@ from nlds_vines.errors import Number, RequestError, at, from_text, refuse_bytes,
 from nlds_vines.model.axis import FILE
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.dampers import PLACE
+from nlds_vines.model.look import Look
 from nlds_vines.model.setting import Document, Truth, settings_of
 
 Group = argparse._ArgumentGroup
@@ -181,6 +182,19 @@ FREQUENCY = Option(
     "UNIT",
     "of the frequency axis: rad/s, Hz, or ratio to the structure's [as stated]",
 )
+
+LOOK = (
+    Option("--columns", "N", "the picture's width: 1 or 2 columns of a paper [2]"),
+    Option("--width", "CM", "the picture's width in cm, in place of that of the columns"),
+    Option("--title", "TEXT", "the picture's title; empty: none [that of the request]"),
+)
+
+
+def look_of(options: argparse.Namespace) -> Look:
+    """Return the look that the options `LOOK` state; `RequestError` for what is not allowed."""
+    width = None if options.width is None else from_text(float, "--width", options.width)
+    with at("picture"):
+        return Look(options.columns or 2, width, options.title)
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:

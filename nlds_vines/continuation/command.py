@@ -280,7 +280,7 @@ class Job(commands.Job):
     def draw(self, plot: Path, results: Continued) -> None:
         from nlds_vines.continuation.picture import picture
 
-        picture(self.over).save(self.archive, plot, self.show, self.frequency)
+        picture(self.over).save(self.archive, plot, self.show, self.frequency, self.look)
 
     def lines(self, results: Continued) -> list[str]:
         if self.over is None or self.request.plane is not None:

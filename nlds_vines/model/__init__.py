@@ -2,5 +2,5 @@
 
 Modules in reading order: parameters, scenes, quantities, axis, ratios, signals, presets,
 linear_response, dampers, rests, system, host_matrices, host, catalog, labels,
-spring_manifold, slow_manifold, setting, loads.
+spring_manifold, slow_manifold, setting, look, loads.
 """

@@ -16,7 +16,17 @@ from matplotlib.figure import Figure
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.files import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, choice, printable
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, count_in, into, others_beside, styled
+from nlds_vines.model.look import USUAL_LOOK, Look
+from nlds_vines.plotting.page import (
+    TWO_COLUMNS,
+    Page,
+    count_in,
+    into,
+    others_beside,
+    page_of,
+    set_title,
+    styled,
+)
 from nlds_vines.runs.progress import in_notebook
 
 Drawn = TypeVar("Drawn")
@@ -62,11 +72,15 @@ class Drawing(ABC):
         plot_path: str | os.PathLike[str],
         show: str | None = None,
         frequency: str | None = None,
+        look: Look = USUAL_LOOK,
     ) -> None:
         """Draw an archive and save the picture; equal archives give equal bytes."""
+        page = page_of(look.columns, look.width)
         with read(archive_path) as view:
-            figure = drawn(view, lambda opened: self.figure(opened, show))
+            figure = drawn(view, lambda opened: self.figure(opened, show, page))
             count_in(figure, frequency, view, strict=False)
+            if look.title is not None:
+                set_title(figure, look.title)
             title, scan_hash = view.text("title"), view.text("scan_hash")
         save_figure(figure, Path(plot_path), title, ("scan_hash", scan_hash))
 

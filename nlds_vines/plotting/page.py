@@ -15,7 +15,7 @@ import re
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any, Literal
@@ -35,7 +35,7 @@ from matplotlib.transforms import offset_copy
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.files import open_regular, parse_toml
-from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.errors import RequestError, checked_width, choice, shown
 from nlds_vines.model.ratios import HZ, RAD, frequency_in, frequency_unit
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, typeset
 
@@ -66,8 +66,10 @@ TWO_COLUMNS = Page(width=WIDTH, panel=4.4 * CM, map_height=8.8 * CM, beside=True
 ONE_COLUMN = Page(width=8.4 * CM, panel=4.2 * CM, map_height=5.0 * CM, beside=False)
 
 
-def page_of(columns: object) -> Page:
-    return {"1": ONE_COLUMN, "2": TWO_COLUMNS}[choice("columns", str(columns), ("1", "2"))]
+def page_of(columns: object, width: float | None = None) -> Page:
+    """Return the page for one or two columns of a paper, perhaps with another width [cm]."""
+    page = {"1": ONE_COLUMN, "2": TWO_COLUMNS}[choice("columns", str(columns), ("1", "2"))]
+    return page if width is None else replace(page, width=checked_width(width) * CM)
 
 
 @contextmanager
@@ -144,6 +146,23 @@ def new_figure(page: Page, heights: Sequence[float], columns: int = 1) -> tuple[
 
 def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
     """Write the title, plain text, and a line `below` it, in LaTeX; set the heights of the rows."""
+    _write_title(figure, title, below)
+    fit(figure, grid)
+
+
+@styled()
+def set_title(figure: Figure, title: str) -> None:
+    """Replace the title of a finished figure; an empty one leaves no room for it."""
+    if title:
+        _write_title(figure, title)
+    else:
+        figure.suptitle("").set_in_layout(False)
+    spec = figure.axes[0].get_subplotspec()
+    if spec is not None:
+        fit(figure, spec.get_topmost_subplotspec().get_gridspec())
+
+
+def _write_title(figure: Figure, title: str, below: str = "") -> None:
     size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
     width, lines = 72 * (figure.get_figwidth() - _LEFT), list[str]()
     for part in filter(None, [typeset(title), below]):
@@ -156,7 +175,6 @@ def finish(figure: Figure, grid: GridSpec, title: str, below: str = "") -> None:
             else:
                 lines.append(clause)
     figure.suptitle("\n".join(lines), ha="left", fontsize=rcParams["font.size"])
-    fit(figure, grid)
 
 
 def fit(figure: Figure, grid: GridSpecBase) -> None:

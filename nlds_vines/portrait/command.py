@@ -24,9 +24,11 @@ from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
 from nlds_vines.engine.spectrum import SIGNALS
 from nlds_vines.errors import RequestError, shown, table, whole
+from nlds_vines.model.look import USUAL_LOOK
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import (
+    EXPONENTS,
     PANELS,
     PortraitRequest,
     Times,
@@ -187,6 +189,11 @@ class Job(commands.Job):
             how = replace(self.how, resume=not self.how.overwrite)
             object.__setattr__(self, "how", how)
         super().__post_init__()
+        if self.exponents and EXPONENTS in self.request.panels:
+            raise RequestError(
+                f"--exponents {self.exponents} beside the panel exponents, which computes them, "
+                "too: give one of them"
+            )
         if self.csv is not None:
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
@@ -227,8 +234,16 @@ class Job(commands.Job):
 
     def draw(self, plot: Path, results: Portrait) -> None:
         from nlds_vines.plotting.chosen_panels import save_figure
+        from nlds_vines.plotting.page import page_of, set_title
+        from nlds_vines.portrait.picture import portrait
 
-        save_figure(results.page, plot, self.request.title, ("recipe_hash", self.request.hash))
+        figure = results.page
+        if self.look != USUAL_LOOK:
+            page = page_of(self.look.columns, self.look.width)
+            figure = portrait(results.drawn_from, results.views, page)
+            if self.look.title is not None:
+                set_title(figure, self.look.title)
+        save_figure(figure, plot, self.request.title, ("recipe_hash", self.request.hash))
 
     def plan(self) -> list[str]:
         lines = [self.request.title]

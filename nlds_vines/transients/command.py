@@ -156,7 +156,7 @@ class Job(bifurcation.Job):
     def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.transients.picture import picture
 
-        picture(self.delay).save(self.archive, plot, frequency=self.frequency)
+        picture(self.delay).save(self.archive, plot, frequency=self.frequency, look=self.look)
 
     def lines(self, results: Report) -> list[str]:
         ensemble = ensemble_of(self.archive, delay=self.delay)

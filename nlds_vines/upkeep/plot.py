@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 from nlds_vines.archives.archive import ArchivePath, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
 from nlds_vines.cli.command import TASKS, Command, task_of
-from nlds_vines.cli.options import FREQUENCY, Parser
+from nlds_vines.cli.options import FREQUENCY, LOOK, Parser, look_of
 from nlds_vines.cli.running import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError
+from nlds_vines.model.look import Look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +98,9 @@ def plot(
     show: str | None = None,
     ax: Axes | None = None,
     *,
-    columns: int = 2,
+    columns: int | str = 2,
+    width: float | None = None,
+    title: str | None = None,
     style: str | None = None,
     marks: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     manifold: bool = False,
@@ -117,6 +120,10 @@ def plot(
         Axes to draw one panel into: the one to `show`, or else the first.
     columns : int or str
         1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
+    width : float, optional
+        Another width [cm], with the look of `columns`.
+    title : str, optional
+        The title, an empty one for none; by default that of the request.
     style : str, optional
         A style sheet of matplotlib's, by name or path.  The user's `matplotlib.rcParams` stay.
     marks : str, os.PathLike or sequence of them
@@ -147,10 +154,13 @@ def plot(
     >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
     from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
-    from nlds_vines.plotting.page import count_in, others_beside, page_of, sheet
+    from nlds_vines.plotting.page import count_in, others_beside, page_of, set_title, sheet
 
     let_figures_be_shown()
-    page = page_of(columns)
+    look = Look(columns, width, title)
+    page = page_of(look.columns, look.width)
+    if ax is not None and (title is not None or width is not None):
+        raise RequestError("title and width are those of a page, not of axes")
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
         if (task := task_of(view)) is None:
@@ -171,6 +181,8 @@ def plot(
         there = others_beside(ax)
         figure = drawn(view, lambda opened: picture.figure(opened, show, page, ax))
         count_in(figure, frequency, view, others=there)
+        if look.title is not None:
+            set_title(figure, look.title)
         if others:
             from nlds_vines.upkeep.branches_picture import draw_branches
 
@@ -198,9 +210,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     from nlds_vines.plotting.chosen_panels import save_figure
     from nlds_vines.plotting.page import sheet
 
+    look = look_of(options)
     figure = plot(
-        archive, options.show, columns=options.columns, style=options.style, marks=options.marks,
-        manifold=options.manifold, frequency=options.frequency,
+        archive, options.show, columns=look.columns, width=look.width, title=look.title,
+        style=options.style, marks=options.marks, manifold=options.manifold,
+        frequency=options.frequency,
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
@@ -213,7 +227,8 @@ def _declare(parser: Parser) -> None:
     add("archive", metavar="FILE.h5", help="an archive that is complete")
     add("-o", "--output", metavar="FILE", help="picture: .png, .pdf or .svg [FILE.png]")
     add("--show", metavar="WHAT", help="panels; of a scan: quantities; ? names them")
-    add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
+    for option in LOOK:
+        option.add(parser)
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add(
         "--mark", dest="marks", action="append", default=[], metavar="FILE.h5",

@@ -156,6 +156,52 @@ def test_a_panel_in_the_users_figure_leaves_the_others_and_has_the_users_letters
     assert {text.get_fontfamily()[0] for text in other.texts} == {*usual}
 
 
+@pytest.mark.slow("it draws seven figures")
+def test_a_picture_has_the_width_and_the_title_that_options_state(small, tmp_path, ask, error_of):
+    own, other = nv.plot(small), nv.plot(small, width=12, title="a map: ω = 6.28 rad/s")
+    assert other.get_figwidth() == pytest.approx(12 / 2.54)
+    assert other.get_suptitle() == r"a map: $\omega$ = 6.28 rad/s"
+    none = nv.plot(small, columns=1, title="")
+    assert none.get_suptitle() == ""
+    assert none.get_figwidth() == pytest.approx(8.4 / 2.54)
+    # no room is left for it, and panels keep their heights
+    lost = own.get_figheight() - nv.plot(small, title="").get_figheight()
+    assert 0.1 < lost < 0.4
+    assert collisions(none) == []
+    for figure in (nv.plot(small, title=""), other):
+        for a, b in zip(figure.axes, own.axes, strict=True):
+            a, b = (one.get_position().height * one.figure.get_figheight() for one in (a, b))
+            assert a == pytest.approx(b, abs=1e-4)
+    # a command that computes draws as `plot` does
+    path, drawn, again = (tmp_path / name for name in ("a.h5", "a.png", "again.png"))
+    look = ["--columns", "1", "--width", "9", "--title", ""]
+    ask("bifurcation", *SMALL, "-o", path, "--plot", drawn, *look)
+    ask("plot", path, "-o", again, *look)
+    assert again.read_bytes() == drawn.read_bytes()
+    for words, wrong in {
+        "width = 2; allowed: 4 to 100 cm": {"width": 2},
+        "unknown columns '3'": {"columns": 3},
+        "title and width are those of a page": {"title": "", "ax": own.axes[0]},
+    }.items():
+        assert words in error_of(nv.plot, small, **wrong)
+
+
+LOADED = ["--load", "tone:amplitude=3,omega=6"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["bifurcation"], ["response-curves"], ["portrait"], ["continuation"], ["tuning"],
+        ["transients"], ["response-history", *LOADED],
+    ],
+)  # fmt: skip
+def test_every_drawing_command_refuses_a_look_before_it_computes(command, tmp_path, refusal):
+    asked = [*command, "-o", tmp_path / "a.h5", "--dry-run"]
+    assert "allowed: 4 to 100 cm" in refusal(*asked, "--width", "2")
+    assert "unknown columns '3'; allowed: 1, 2" in refusal(*asked, "--columns", "3")
+
+
 def test_plot_draws_or_lists_quantities(small, tmp_path, answer, refusal, ask):
     picture = tmp_path / "v.pdf"
     ask("plot", small, "--show", "v1", "-o", picture)

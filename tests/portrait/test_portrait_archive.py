@@ -327,3 +327,9 @@ def test_exponents_are_printed_when_they_are_asked_for(answer, refusal, here):
     assert line.endswith("; averages over 64 forcing periods, 54.4883 s")
     line = refusal(*words, "--exponents", "15")
     assert "--exponents = 15 must be a whole number from 16 to 10000000" in line
+
+
+def test_exponents_are_computed_and_told_once(refusal):
+    """Their panel and the option gave two lines, of 3200 periods and of others."""
+    asked = ["--panels", "section,exponents", "--exponents", "200"]
+    assert "beside the panel exponents" in refusal("portrait", *asked)

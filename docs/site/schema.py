@@ -168,15 +168,18 @@ def schema() -> Schema:
     spread = table({"spread": {"anyOf": SPREADS}, "law": {"enum": [NORMAL, UNIFORM]}})
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
     names = {"anyOf": [{"enum": list(system_names())}, {"type": "string"}]}
-    own = {"anyOf": [system_of_a_kind(), system_of_a_host()]}
+    # conditions, and no alternatives, so that editors underline the wrong key and not the table
+    is_host = {"properties": {"kind": {"const": General.kind}}, "required": ["kind"]}
+    own = {"if": is_host, "then": system_of_a_host(), "else": system_of_a_kind()}
+    system = {"if": {"type": "string"}, "then": names, "else": own}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "nlds_vines: a request file",
     } | table(
         {
             "title": {"type": "string", "maxLength": 1000},
-            "system": {"anyOf": [names, own]},
-            "systems": {"type": "array", "items": {"anyOf": [names, own]}},
+            "system": system,
+            "systems": {"type": "array", "items": system},
             "set": settings,
             "vary": named((*PARAMETERS, *INITIAL), table(AXIS), loads=True),
             "samples": named((*PARAMETERS, *INITIAL, *RATIOS, FILE), {"type": ["array", "string"]}),

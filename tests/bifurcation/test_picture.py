@@ -227,6 +227,26 @@ def test_a_map_has_a_color_and_a_name_for_every_regime(tmp_path):
         assert faces(axes, j)[i] == colors[labels[i, j]]
 
 
+def test_the_legend_of_a_map_names_every_regime_with_more_than_half_a_percent(tmp_path):
+    """Seven and more regimes that filled a map were "and 7 more"."""
+    large = [f"{n}T,{k}" for n in (2, 3, 4, 5) for k in range(n - 1, n + 3)]
+    labels = np.array((large * 30)[:400], dtype=object)
+    labels[:2] = "T,9", "T,8"  # a quarter of a percent each
+    vary = {
+        "omega": np.linspace(5.0, 6.0, 20).tolist(),
+        "P": np.linspace(700.0, 800.0, 20).tolist(),
+    }
+    labels = labels.reshape(20, 20, 1)
+    path = archive_of(tmp_path / "many.h5", ("section", "regime"), vary, label=labels)
+    with read(path) as view:
+        figure = PICTURE.figure(view, "regimes")
+    (axes,) = (axes for axes in figure.axes if axes.get_legend())
+    *named, last = legend_of(axes)
+    assert set(named) == set(large)
+    assert last == "and 2 more"
+    assert collisions(figure) == []
+
+
 def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(picture):
     figure = picture(["energy"], MAP, start={"policy": "random", "count": 2, "seed": 1})
     axes, bar = figure.axes

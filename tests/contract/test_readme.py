@@ -493,3 +493,23 @@ def test_the_schema_refuses_mistakes():
     ):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(wrong, schema.schema())
+
+
+@pytest.mark.parametrize(
+    ("system", "place"),
+    [
+        ({"kind": "ssul", "paramters": {"m1": 1.0}}, ["system"]),
+        ({"kind": "ssul", "parameters": {"m_1": 1.0}}, ["system", "parameters"]),
+        ({"kind": "host", "host": {"M": [[1.0]], "Kk": [[1.0]]}}, ["system", "host"]),
+        ({"kind": "host", "dampers": [{"attached": "x1"}]}, ["system", "dampers", 0]),
+    ],
+)
+def test_the_schema_points_at_the_wrong_key_of_a_system(system, place):
+    """An alternative of several forms would be wrong as a whole, and be underlined as a whole."""
+    validator = jsonschema.Draft7Validator(schema.schema())
+    (error,) = validator.iter_errors({"system": system})
+    assert list(error.absolute_path) == place
+    assert error.validator == "additionalProperties"
+    assert [*validator.iter_errors({"system": "ssul-set6"})] == []
+    (error,) = validator.iter_errors({"system": 3})
+    assert list(error.absolute_path) == ["system"]

@@ -58,7 +58,8 @@ from nlds_vines.plotting.page import (
 from nlds_vines.plotting.style import CM, GRAY, NO_VALUE, ROUND_OFF, SHADES, axis_label, literal
 
 BAR: dict[str, Any] = {"pad": 0.02, "fraction": 0.06, "aspect": 24}  # a color bar beside a map
-_MOST_BELOW = 12  # names in a legend below a map
+_MOST_BELOW = 12  # names in a legend below a map, unless more regimes are large
+_NAMED_SHARE = 0.005  # of the cells, above which the legend names a regime in any case
 _CHAOTIC = "reached through chaos"
 _PASSED = palette.PASSED, "#8b0000"  # hatch and color of cells in which the limit is passed
 
@@ -244,15 +245,19 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     if late.any():
         marks.append(hatch_cells(axes, view, late, (palette.THROUGH_CHAOS, "black"), _CHAOTIC))
     marks += hatch_passed(axes, view)
-    ends = list(dict.fromkeys(final(word) for word in words))
+    ends = np.vectorize(final, otypes=[object])(names)
+    counts = dict(by_frequency(ends))
+    large = [word for word, count in counts.items() if count > _NAMED_SHARE * names.size]
     room = _MOST_BELOW - len(marks)
-    named = palette.in_order(ends if len(ends) <= room else ends[: room - 1])
+    # if there is room for all, all are named
+    shown = len(counts) if len(counts) <= room else max(room - 1, len(large))
+    named = palette.in_order(list(counts)[:shown])
     handles = []
     for word in named:
         look = palette.patch_look(palette.example_of(word))
         handles.append(Patch(label=choices.in_legend(palette.short(word), view), **look))
-    if len(ends) > len(named):
-        handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
+    if len(counts) > len(named):
+        handles.append(Patch(color="none", label=f"and {len(counts) - len(named)} more"))
     title = "most frequent regime" if view["start"].size > 1 else "regime"
     add_map_legend(axes, [*handles, *marks], title)
 

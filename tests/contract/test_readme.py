@@ -58,8 +58,8 @@ kinds = loaded(DOCS / "site" / "kinds.py")
 TUTORIAL = "docs/tutorial.md"  # which the gate walks, beside the README
 
 RUN = (
-    "archive.md", "python.md", "branches.md", "hosts.md", "finite-elements.md", "loads-in-time.md",
-    "response-curves.md", "scans.md", "base-excitation.md",
+    "archive.md", "python.md", "branches.md", "hosts.md", "springs.md", "finite-elements.md",
+    "loads-in-time.md", "response-curves.md", "scans.md", "base-excitation.md",
 )  # fmt: skip
 """Pages whose programs in Python are run here."""
 

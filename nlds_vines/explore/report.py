@@ -1,18 +1,22 @@
-"""The command `nlds-vines report`: the map in an archive as one page (.html) to send."""
+"""The command `nlds-vines report`: the results in an archive as one page (.html) to send."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from nlds_vines.archives.archive import read
 from nlds_vines.archives.files import write_text
+from nlds_vines.archives.provenance import RESPONSE_CURVES, RESPONSE_HISTORY, TUNING
 from nlds_vines.cli import running
 from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import FREQUENCY, Parser
 from nlds_vines.cli.terminal import DONE, say
-from nlds_vines.errors import choice
+from nlds_vines.errors import RequestError, choice
 from nlds_vines.explore.command import refuse_unshown, refuse_without_bokeh
 from nlds_vines.model.ratios import UNITS
+
+SENT = (RESPONSE_HISTORY, RESPONSE_CURVES, TUNING)  # contents of archives that are no map
 
 _EXAMPLES = """\
 examples:
@@ -20,8 +24,11 @@ examples:
       the map of an archive: hover, click and the arrow keys show what is stored of a cell
   nlds-vines report map.h5 --branches curves.h5 -o map.html
       with the branches and special points of a continuation over it
-The page is one file of 5 MB at most, opens without a network, and prints.  Needs the extra
-`explore`: pip install 'nlds-vines[explore]'
+  nlds-vines report suite.h5 -o suite.html
+      of response histories, suites, response curves, tunings: what was asked, the systems drawn,
+      tables, pictures, assumptions
+The page is one file, opens without a network, and prints.  That of a map has 5 MB at most and
+needs the extra `explore`: pip install 'nlds-vines[explore]'
 exit status: 0 done; 2 the request is wrong
 """
 
@@ -33,6 +40,11 @@ def _carry_out(options: argparse.Namespace) -> int:
         running.refuse_same(running.existing(path), output)
     running.check_writable("output", output)
     running.refuse_replacing("output", output, options.overwrite)
+    with read(source) as view:
+        content = view.content
+        title = view.text("title")
+    if content in SENT:
+        return _send(options, source, output, title)
     refuse_without_bokeh("report")
     if options.frequency is not None:
         choice("--frequency", options.frequency, UNITS)
@@ -53,9 +65,26 @@ def _carry_out(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _send(options: argparse.Namespace, source: Path, output: Path, title: str) -> int:
+    """Write the page of an archive that is no map."""
+    for option, value in (("--branches", options.branches), ("--frequency", options.frequency)):
+        if value is not None:
+            raise RequestError(f"{option} is for the page of a map; {source} has none")
+    if options.dry_run:
+        say(f"{title}: into {output}")
+        return DONE
+    from nlds_vines.explore.sent_page import sent_page
+
+    page = sent_page(source)
+    write_text(output, page)
+    if not options.quiet:
+        say(f"{output}: {len(page.encode()) / 1e6:.1f} MB")
+    return DONE
+
+
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("source", metavar="FILE.h5", help="the archive of a scan")
+    add("source", metavar="FILE.h5", help="the archive")
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
     FREQUENCY.add(parser)
@@ -66,7 +95,7 @@ def _declare(parser: Parser) -> None:
 
 main = Command(
     "report",
-    "A map as one page: hover, click and keys show what is stored of every cell.",
+    "Results as one page to send; on that of a map, clicks and keys show what every cell stores.",
     _EXAMPLES,
     _declare,
     _carry_out,

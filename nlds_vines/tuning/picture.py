@@ -112,7 +112,8 @@ def _draw_designs(axes: Axes, view: ArchiveView, first: str, second: str) -> Non
     x, y = view[first][searched], view[second][searched]
     finite = np.isfinite(objectives)
     look: dict[str, Any] = {"s": 9.0, "linewidths": 0.0}
-    axes.scatter(x[~finite], y[~finite], color=NO_VALUE, label="inadmissible", **look)
+    if not finite.all():
+        axes.scatter(x[~finite], y[~finite], color=NO_VALUE, label="inadmissible", **look)
     order = np.argsort(-objectives[finite])  # the best on top
     values = objectives[finite][order]
     norm: Normalize = Normalize()

@@ -55,9 +55,9 @@ _POINT: dict[str, Any] = {
     "zorder": 5,
 }
 # the frame of a grazing, inside which there is room for a mark that coincides with it
-_FRAME_WIDTH = 1.0
+_FRAME_WIDTH = 0.8
 _FRAME: dict[str, Any] = {
-    "markerfacecolor": "none", "markersize": 6.5, "markeredgewidth": _FRAME_WIDTH
+    "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": _FRAME_WIDTH
 }  # fmt: skip
 _STAR: dict[str, Any] = {"markersize": 8, "markeredgecolor": NAVY}
 _STOP: dict[str, Any] = {

@@ -53,7 +53,7 @@ def test_a_grazing_is_a_frame_of_another_color_than_doublings(branches):
     (axes,) = branches.plot("x2").axes
     grazing, doubling = marks_of(axes, "GR")[0], marks_of(axes, "PD")[0]
     assert grazing.get_markerfacecolor() == "none"
-    assert grazing.get_markersize() > doubling.get_markersize() + 2
+    assert grazing.get_markersize() >= doubling.get_markersize() + 2
     assert grazing.get_zorder() < doubling.get_zorder()
     colors = [look["color"] for look in MARKS.values()]
     assert len(set(colors)) == len(colors)

@@ -12,6 +12,8 @@ from nlds_vines.model.loads.loading import Loading
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.loads.suite import Size
 
+DIGITS = 9  # of the factor to a spectral ordinate: exponentials of libraries differ in the last bit
+
 
 def scaled(load: Loading) -> Loading:
     """Return a sum of loads whose records have the size `load.scale_to`."""
@@ -35,6 +37,8 @@ def scaled_record(record: Record, size: Size) -> Record:
         if not present > 0.0:
             raise RequestError("all samples are 0")
     factor = size.value / present
+    if size.period is not None:
+        factor = float(f"{factor:.{DIGITS}g}")
     values = tuple((np.array(record.values) * factor).tolist())
     words = f"times {factor:.6g} to {size.words()}"
     reading = f"{record.reading}, {words}" if record.reading else words

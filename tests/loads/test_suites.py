@@ -95,7 +95,7 @@ def test_records_are_scaled_to_a_peak_or_to_a_spectral_ordinate(records):
     request = history({"suite": records, "scale_to": "Sa=2,T=0.5,zeta=0.02"})
     for record in request.load.suite:
         spectrum = nv.response_spectrum(record, 0.02, [0.5])
-        assert spectrum.pseudo_acceleration[0] == pytest.approx(2.0, rel=1e-12)
+        assert spectrum.pseudo_acceleration[0] == pytest.approx(2.0, rel=1e-8)  # nine digits
 
 
 def test_a_size_that_a_record_cannot_have_is_refused(records, error_of):

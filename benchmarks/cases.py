@@ -13,6 +13,7 @@ begin in random states and end before they settle, 100 periods later, or go on i
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -30,6 +31,8 @@ NAMES = {
     "frame": ("shear_frame",),
     "damper": ("Damper",),
     "wall": ("Wall",),
+    "spring": ("Spring",),
+    "host": ("Host",),
     "host system": ("System.from_host",),
     "scan request": ("load_scan",),
     "scan": ("scan",),
@@ -88,6 +91,22 @@ def frame_of(storeys: int, gap: float = NEAR, sides: str = "+", **law: Any) -> A
     k, c = 0.5 * m * omega**2, 0.05 * m * omega
     damper = public("damper")("damper", "roof", m=m, k=k, c=c, walls=walls)
     return public("host system")(frame, [damper], force=force, omega=omega)
+
+
+def sink(amplitude: float, k: float = 0.0, gap: float = math.inf, **coefficients: float) -> Any:
+    """Return a structure of 1 kg and 1 N/m with a sink of 0.05 kg on a nonlinear spring.
+
+    All is relative to the sink's mass: the force, k and the spring's coefficients. With a gap there
+    are two rigid walls.
+    """
+    m = 0.05
+    walls = []
+    if gap < math.inf:
+        walls = [public("wall")(gap, side, law="restitution", e=0.7) for side in "+-"]
+    spring = public("spring")(**{key: m * value for key, value in coefficients.items()})
+    damper = public("damper")("nes", "x", m=m, k=m * k, c=0.2 * m, spring=spring, walls=walls)
+    structure = public("host")([[1.0]], [[1.0]], [[0.0]], dofs=["x"])
+    return public("host system")(structure, [damper], force={"x": m * amplitude}, omega=1.0)
 
 
 # ---- work ----------------------------------------------------------------------------------------
@@ -253,6 +272,14 @@ GROUPS: dict[str, dict[str, Prepare]] = {
         "host-3-power": host(3, 30, law="power", K=6e7, exponent=1.2),
         "host-3-hunt-crossley": host(3, 30, hunt_crossley=0.3, **HERTZ),
         "host-3-soft": host(3, 30, K=1e7),
+    },
+    "springs that are not linear": {
+        "spring-cubic": lambda: orbits(sink(0.2, k3=4 / 3), 300),
+        "spring-modulated": lambda: orbits(sink(0.35, k3=4 / 3), 300),
+        "spring-bistable": lambda: orbits(sink(0.4, k=-0.3, k3=1.0), 300),
+        "spring-quintic": lambda: orbits(sink(0.4, k5=1.0), 300),
+        "spring-walls": lambda: orbits(sink(0.35, k3=4 / 3, gap=0.6), 100),
+        "spring-energies": lambda: orbits(sink(0.35, k3=4 / 3), 100, ENERGIES),
     },
     "verdicts and branches": {
         "diagram": diagram,

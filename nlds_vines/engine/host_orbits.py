@@ -16,6 +16,7 @@ from nlds_vines.engine.starts import DAMPER_SPREAD, FALLBACK_LENGTH, STRUCTURE_S
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.cells.host_verdict import judge_host
 from nlds_vines.kernels.hosts.body import Body
+from nlds_vines.kernels.hosts.cell_constants import CellConstants, cell_constants
 from nlds_vines.kernels.hosts.host_contact import (
     BEHIND_SERIES,
     MOTION_COLUMNS,
@@ -353,6 +354,7 @@ def springs_of(system: General) -> Springs | None:
         k5=np.ascontiguousarray(k5),
         series=np.zeros(count * (HIGHEST + 1) * COLUMNS_OF_SPRING),
         fast=np.zeros(count),
+        constants=_constants_of_cells(),
     )
 
 
@@ -432,6 +434,11 @@ def largest_impulses(orbits: HostOrbits, impacts: Impacts) -> np.ndarray:
 
 _JUDGE: Any = getattr(judge_host, "entry", judge_host)
 _RUN: Any = getattr(run_host, "entry", run_host)
+
+
+@lru_cache(maxsize=1)
+def _constants_of_cells() -> CellConstants:
+    return cell_constants()
 
 
 @lru_cache(maxsize=16)  # as cells of a scan have one host

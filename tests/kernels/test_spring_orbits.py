@@ -257,3 +257,66 @@ def test_variations_are_differences_and_obey_liouville(wall, sinks):
     _, logarithm = np.linalg.slogdet(result.matrix)
     expected = result.trace * 3 * system.period + result.shrunk
     assert logarithm == pytest.approx(expected, abs=1e-9)
+
+
+# ---- published sinks -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.9, 0.742), (1.0, 0.008)])
+def test_energy_is_pumped_from_the_threshold_of_dekemele_on(share, left):
+    """Nonlinear Dynamics 93 (2018) 1831: m = k = 1, v0 = 0.1, the sink 0.02 kg, 0.002 N s/m.
+
+    Its k3 is 0.404018 N/m^3 at the threshold. The energy of the structure after 100 s is that of
+    own runs of DOP853 at 1e-10, over the energy at the beginning.
+    """
+    host = nv.Host([[1.0]], [[1.0]], [[0.0]], dofs=["x"])
+    sink = nv.Damper("nes", "x", m=0.02, c=0.002, spring=nv.Spring(k3=share * 0.404018))
+    system = nv.System.from_host(host, [sink], force={"x": 0.0}, omega=1.0)
+    start = [0.0, 0.1, 0.0, 0.0]
+    orbit = nv.simulate(system, 1, transient=16, start=start, record=("energy",), quiet=True)
+    assert orbit.E1max / 0.005 == pytest.approx(left, abs=1e-3)
+
+
+EPS, LAMBDA = 0.05, 0.2
+
+
+def gendelman(amplitude):
+    """Return x1'' + x1 + eps (lambda s + 4/3 r^3) = eps A cos t with a sink of mass eps."""
+    host = nv.Host([[1.0]], [[1.0]], [[0.0]], dofs=["x"])
+    sink = nv.Damper("nes", "x", m=EPS, c=EPS * LAMBDA, spring=nv.Spring(k3=4 / 3 * EPS))
+    return nv.System.from_host(host, [sink], force={"x": EPS * amplitude}, omega=1.0)
+
+
+@pytest.mark.parametrize("amplitude", [0.228881, 0.961626])
+def test_tori_are_born_near_the_folds_of_the_slow_manifold(amplitude):
+    """Own values by DOP853, for eps = 0.05; the folds are at A = 0.2419 and 0.9892 for eps = 0.
+
+    The T orbit begins at the solution of one harmonic, N^2 (N^4 + lambda^2) = A^2.
+    """
+    squares = np.roots([1.0, 0.0, LAMBDA**2, -(amplitude**2)])
+    N2 = squares[np.abs(squares.imag) < 1e-9].real.max()
+    stroke = amplitude / (N2 + 1j * LAMBDA)
+    x = stroke * (1.0 - N2 - 1j * LAMBDA)
+    u = x - stroke
+    y = np.array([x.real, u.real, -x.imag, -u.imag])
+    flow = HostMap(gendelman(amplitude), 1e-12)
+    for _ in range(12):
+        result = flow(y, 1)
+        y = y + np.linalg.solve(np.eye(4) - result.matrix, result.sections[-1] - y)
+    multipliers = np.linalg.eigvals(flow(y, 1).matrix)
+    largest = multipliers[np.abs(multipliers).argmax()]
+    assert abs(abs(largest) - 1.0) < 2e-6
+    assert abs(largest.imag) > 0.01
+
+
+def test_between_the_folds_the_response_is_strongly_modulated():
+    orbit = nv.simulate(gendelman(0.26), 2000, transient=500, start=[0.3, 0, 0, 0], quiet=True)
+    amplitudes = np.hypot(orbit.section[:, 0], orbit.section[:, 1])
+    assert amplitudes.min() == pytest.approx(0.07, abs=0.01)
+    assert amplitudes.max() == pytest.approx(0.43, abs=0.01)
+
+
+def test_labels_count_impacts_alone():
+    calm = nv.classify(gendelman(0.1), start=[0.3, 0, 0, 0], quiet=True)
+    assert calm.label == "T,0"
+    assert np.abs(calm.multipliers).max() == pytest.approx(0.938125, abs=1e-5)

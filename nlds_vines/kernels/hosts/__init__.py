@@ -6,6 +6,8 @@ In reading order:
     body             the linear system, and its motion over a short time
     grid             the tables of its flight: propagators, and bounds that certify touches
     springs          springs that are not linear, and their series in a step
+    cell_constants   matrices of Gauss nodes for them
+    spring_cells     flight under them in long cells, by an integral equation
     walls            walls of all laws, and the state and the forces of those in contact
     host_flight      from a state to the next touch
     host_watch       largest energies and the response of rows, in flight and in contact

@@ -520,6 +520,7 @@ class PreparedHost(NamedTuple):
     impacts: Any  # `Impacts`
     scratch: Any  # `host_flight.Scratch`
     short: Any  # `host_impact.ShortImpacts`
+    cells: Any  # `spring_cells.SpringCells`, or None without springs that are not linear
 
 
 class Impacts(NamedTuple):
@@ -1014,13 +1015,14 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
 def step_contacts(host, varied, watch, begun, y):
     """Follow the walls in contact until the last one is released, or to cell `stop`.
 
-    Under springs that are not linear flights are stepped, too, always to cell `stop`.
+    Under springs that are not linear flights are stepped, too, always to `stop`, which may lie
+    within a cell.
 
     varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`, time [s] of the
     period's beginning); y: the state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an
     event is lost or there are too many steps.
     """
-    body, grid, walls, contacts, impacts, scratch, _ = host
+    body, grid, walls, contacts, impacts, scratch, _, _ = host
     (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
     size, table, rate, drive = body.size, scratch.polynomial, grid.rate, scratch.drive
     width, first = width_of(body), 3 * size

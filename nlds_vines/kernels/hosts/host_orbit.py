@@ -7,6 +7,7 @@ So an orbit has the same bits in one run and in several.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ..motion.flight import COEF, TERMS
 from ..numerics.compiling import jit
 from ..numerics.elementary import hypotenuse, log
-from ..numerics.fours import bare
+from ..numerics.fours import bare, from_place
 from ..numerics.matrices import IM, RE, eigenvalues
 from ..orbit.orbit import HUGE, MOST_TOUCHES
 from ..orbit.variations import LEFT_OVER, TOGETHER, matrix_of, no_section
@@ -54,6 +55,17 @@ from .host_impact import short_impacts
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
+from .spring_cells import (
+    ACCEPTED,
+    EASY,
+    LEVELS,
+    PATIENCE,
+    STEPPED,
+    end_cell,
+    is_cell_clear,
+    solve_cell,
+    spring_cells,
+)
 from .walls import AT_REST, IS_HERTZ, IS_RIGID, hold, press_now, start_of
 
 MEASURED = 4  # exponents of an orbit without a period, as many as those of one damper's kinds
@@ -97,7 +109,8 @@ def host_flow(body, walls, contacts, impacts, stops):
         np.zeros(8 * links), np.zeros(COEF + TERMS), np.zeros(LONG_TERMS + 8),
     )  # fmt: skip
     short = short_impacts(body, grid, walls, contacts.arc)
-    host = PreparedHost(body, grid, walls, contacts, impacts, scratch, short)
+    cells = spring_cells(body, grid, walls, stops)
+    host = PreparedHost(body, grid, walls, contacts, impacts, scratch, short, cells)
     scales, masses, trace = np.zeros(size), np.ones(size), 0.0
     for i in range(size):
         scales[i] = max(grid.scales[i], body.omega)
@@ -309,8 +322,8 @@ def loop(host, varied, watch, span, state, section):
 def run_part(host, varied, watch, ends, origin, y):
     """Advance y between two smallest cells of a period that begins at `origin` [s]."""
     if host.body.springs is not None:
-        return step_part(host, varied, watch, ends, origin, y)
-    body, grid, walls, contacts, _, scratch, _ = host
+        return run_part_on_springs(host, varied, watch, ends, origin, y)
+    body, grid, walls, contacts, _, scratch, _, _ = host
     (first, stop), touches = ends, 0
     is_followed = varied is not None or watch is not None
     j, x, base, shift = first, 0.0, first, 0.0
@@ -367,14 +380,109 @@ def run_part(host, varied, watch, ends, origin, y):
 
 
 @jit
-def step_part(host, varied, watch, ends, origin, y):
-    """Advance y as `run_part` does, under springs that are not linear."""
-    (j, stop), x = ends, 0.0
-    while j < stop:
-        j, x = step_contacts(host, varied, watch, (j, x, stop, origin), y)
-        if j == LOST_TOUCH:
+def run_part_on_springs(host, varied, watch, ends, origin, y):
+    """Advance y as `run_part` does, under springs that are not linear.
+
+    By the longest cells (`spring_cells`) that hold and are proven clear of touches; contacts, and
+    short cells that are neither, are stepped. Which cells are taken follows from y alone.
+    """
+    body, grid, walls, contacts, cells = (
+        host.body,
+        host.grid,
+        host.walls,
+        host.contacts,
+        host.cells,
+    )
+    first, stop = ends
+    whole = float(stop - first)
+    accepted = ACCEPTED * math.sqrt(contacts.tolerance)
+    place = 0.0  # in smallest cells from the first on
+    level = 0
+    patience = 0
+    while place < whole:
+        length = cells.lengths[level]
+        count = place / length
+        if level < LEVELS - 1 and count != math.floor(count):
+            level += 1
+            continue
+        h = length * grid.h
+        is_short = level == LEVELS - 1 or h * grid.rate <= STEPPED
+        at = first + place
+        doubt = math.inf
+        if contacts.active[0] == 0:
+            put_place(host, at, y)
+            doubt = solve_cell(body, cells, level, h, contacts.tolerance)
+            if not doubt <= accepted and level < LEVELS - 1:
+                level += 1
+                patience = PATIENCE
+                continue
+        is_taken = doubt <= accepted
+        if is_taken:
+            end_cell(body, cells, level)
+            if walls.number > 0:
+                is_taken = is_cell_clear(body, walls, cells, level, h)
+        if not is_taken and not is_short:
+            level += 1
+            continue
+        if is_taken:
+            if is_noted_beside(varied, watch):
+                step_beside(host, varied, watch, (at, at + length, origin), y)
+            for i in range(2 * body.size):
+                y[i] = cells.end[i]
+        elif not step_between(host, varied, watch, (at, at + length, origin), y):
             return STEP_BUDGET
+        place += length
+        patience -= 1
+        if is_taken and level > 0 and patience <= 0 and doubt <= EASY * accepted:
+            count = place / cells.lengths[level - 1]
+            if count == math.floor(count):
+                level -= 1
     return OK
+
+
+@jit
+def put_place(host, at, y):
+    """Write the state and the drive at a place in smallest cells to the cells' `begin`."""
+    begin, size = host.cells.begin, host.body.size
+    for i in range(2 * size):
+        begin[i] = y[i]
+    j = int(at)
+    drive_of(host.grid, j, at - j, from_place(begin, 2 * size))
+
+
+@jit
+def is_noted_beside(varied, watch):
+    """Return True if variations or records take the motion within a cell."""
+    takes = varied is not None
+    if watch is not None:
+        takes = takes or watch.is_on[0] > 0.0
+    return takes
+
+
+@jit
+def step_between(host, varied, watch, places, y):
+    """Step from one place to another, in smallest cells; return False if steps are lost.
+
+    places: (at, end, time [s] of the period's beginning).
+    """
+    at, end, origin = places
+    while at < end:
+        j = int(at)
+        whole, rest = step_contacts(host, varied, watch, (j, at - j, end, origin), y)
+        if whole == LOST_TOUCH:
+            return False
+        at = whole + rest
+    return True
+
+
+@jit
+def step_beside(host, varied, watch, places, y):
+    """Note the motion of a cell that is proven clear by steps that leave the orbit as it is."""
+    beside = host.scratch.touch
+    for i in range(2 * host.body.size):
+        beside[i] = y[i]
+    step_between(host, varied, watch, places, beside)
+    host.contacts.active[0] = 0
 
 
 @jit
@@ -382,7 +490,7 @@ def note_flight(host, watch, begun, ended):
     """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
     if watch.is_on[0] == 0.0:
         return
-    body, grid, walls, contacts, _, scratch, _ = host
+    body, grid, walls, contacts, _, scratch, _, _ = host
     (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive
     size, behind, coarse = body.size, 2 * watch.quantities, 1 << grid.levels
     is_known = is_bounded = False  # whether the values at the beginning, and the bounds, are there

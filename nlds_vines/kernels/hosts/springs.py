@@ -35,6 +35,7 @@ class Springs(NamedTuple):
     k5: Any  # (number,) [N/m^5]
     series: Any  # number * (HIGHEST + 1) * COLUMNS_OF_SPRING: coefficients in a step
     fast: Any  # (number,) scale of s in a step [m/s]
+    constants: Any  # `cell_constants.CellConstants`
 
 
 # columns of a power of theta in `series`: r, its powers, s, g, g'(r), and dr of a variation

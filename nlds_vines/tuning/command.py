@@ -219,14 +219,16 @@ class Job(commands.Job):
 def price_in_words(tuning: Tuning) -> str:
     """Return the most histories that a tuning computes, and their time by one design in the middle.
 
-    That design is computed twice, of which the second time counts: the first one compiles.
+    That design is computed twice, of which the second time counts: the first one compiles, and
+    says so.
     """
+    from nlds_vines.engine.compilation import notice
     from nlds_vines.tuning.run import Objective, at_rest
 
     assert tuning.history is not None
     middle = [float(one.value(np.asarray(0.5))) for one in tuning.free]
     trial = at_rest(np.array([middle]))
-    objective = Objective(tuning)
+    objective = Objective(tuning, notice())
     objective.results(trial)
     began = time.process_time()
     objective.results(trial)

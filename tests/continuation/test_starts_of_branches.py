@@ -103,6 +103,7 @@ def test_branches_begin_at_orbits_of_an_archive(archive, tmp_path, answer, refus
     assert "--from 3T,3 searches for it" in refusal("continuation", "--orbit", "3T,3")
 
 
+@pytest.mark.kernels
 def test_the_orbit_of_a_regime_of_a_scan(tmp_path, ask, answer, refusal):
     scan, path = tmp_path / "scan.h5", tmp_path / "b.h5"
     ask("bifurcation", "--vary", "omega=7.35:7.5:4", "--record", "section,regime", "-o", scan)

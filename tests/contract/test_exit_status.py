@@ -21,6 +21,7 @@ from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.cli.terminal import exit_status_of
 from nlds_vines.engine.records import DIVERGED
 from nlds_vines.errors import MOST_CHARACTERS
+from nlds_vines.model.look import USUAL_LOOK
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import Shard, most_threads
 from paper.request import load_figure
@@ -53,7 +54,7 @@ def calls(here, monkeypatch):
 def test_the_default_is_figure_8_with_its_picture(calls, ask):
     printed = ask("bifurcation")
     assert calls.runs == [(load_scan(), Path("figure8.h5"), USUAL)]
-    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None, None)]
+    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None, None, USUAL_LOOK)]
     assert printed == ("the summary\na remark\nfigure8.h5\nfigure8.png\n", "")
 
 
@@ -66,7 +67,7 @@ def test_a_picture_lies_beside_the_archive_of_the_default_alone(calls):
     assert main(["--vary", "P=1:2:5", "--vary", "C=1:2:5", "--record", "section"]) == 0
     assert calls.plots == []
     assert main(["-o", "deep/a.h5"]) == 0
-    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None, None)]
+    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None, None, USUAL_LOOK)]
 
 
 def test_every_option_arrives(calls):
@@ -86,7 +87,7 @@ def test_every_option_arrives(calls):
     assert scan.want == ("section", "energy")
     assert output == Path("map.h5")
     assert options == {**USUAL, "threads": 2, "overwrite": True}
-    assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max", None)]
+    assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max", None, USUAL_LOOK)]
 
 
 def test_a_shard_says_who_writes_and_draws_nothing_and_failures_are_status_1(calls, ask):

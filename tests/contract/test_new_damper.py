@@ -45,9 +45,12 @@ def caged(here, monkeypatch):
     monkeypatch.setattr(
         catalog_module, "resource_text", lambda name: original(name) + added.get(name, "")
     )
-    catalog.cache_clear()
+    read_once = (catalog, catalog_module._document, catalog_module.system_named)
+    for what in read_once:
+        what.cache_clear()
     yield here
-    catalog.cache_clear()
+    for what in read_once:
+        what.cache_clear()
 
 
 @pytest.mark.kernels

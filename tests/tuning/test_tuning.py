@@ -720,7 +720,7 @@ def test_a_tuning_under_a_load_gives_the_same_bits_resumes_and_says_what_it_foun
     assert first.best.searched == first.best.mean
     assert first.best.worst >= first.best.searched
     text = "\n".join(first.lines())
-    assert "1024 draws that the search did not have" in text
+    assert "128 draws that the search did not have" in text
     assert "judged by the mean of last_1 over 2 draws of k1 ±3 % (normal): as given" in text
     assert "last_1 [s]" in text
     with warnings.catch_warnings():

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from ..impact.arc import gauss_points, gauss_weights, legendre
 
 CELL_NODES = 16  # Gauss nodes of a cell
 FEW = 4  # nodes of the first solution
@@ -28,42 +29,15 @@ class CellConstants(NamedTuple):
     rough: Any  # 2 rows of FEW: the last and the first coefficient of values at the four nodes
 
 
-def legendre(x: np.ndarray, count: int) -> np.ndarray:
-    """Return the Legendre polynomials (count, ...) of degrees 0 to count - 1 at x in [-1, 1]."""
-    values = [np.ones_like(x), x]
-    for n in range(1, count - 1):
-        values.append(((2 * n + 1) * x * values[n] - n * values[n - 1]) / (n + 1))
-    return np.array(values[:count])
-
-
-def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return Gauss nodes and weights on [-1, 1], by Newton's method in strict arithmetic."""
-    nodes = np.zeros(count)
-    weights = np.zeros(count)
-    for i in range(count):
-        x = math.cos(math.pi * (i + 0.75) / (count + 0.5))
-        slope = 1.0
-        for _ in range(12):
-            before, value = 1.0, x
-            for n in range(1, count):
-                before, value = value, ((2 * n + 1) * x * value - n * before) / (n + 1)
-            slope = count * (x * value - before) / (x * x - 1.0)
-            x -= value / slope
-        nodes[count - 1 - i] = x
-        weights[count - 1 - i] = 2.0 / ((1.0 - x * x) * slope * slope)
-    return nodes, weights
-
-
-def lagrange(rule: tuple[np.ndarray, np.ndarray], places: np.ndarray) -> np.ndarray:
+def lagrange(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the polynomials (count, ...) that are 1 at one of the Gauss nodes, at `places`.
 
-    rule: nodes and weights of `gauss`; places: in [0, 1]. By discrete orthogonality, in sums of one
-    order.
+    nodes: in [-1, 1]; places: in [0, 1]. By discrete orthogonality, in sums of one order.
     """
-    nodes, weights = rule
     count = len(nodes)
-    at_nodes = legendre(nodes, count)
-    at_places = legendre(2.0 * places - 1.0, count)
+    weights = gauss_weights(nodes)
+    at_nodes = legendre(nodes, count - 1)
+    at_places = legendre(2.0 * places - 1.0, count - 1)
     total = np.zeros((count, *places.shape))
     for k in range(count):
         factors = (k + 0.5) * weights * at_nodes[k]
@@ -71,47 +45,51 @@ def lagrange(rule: tuple[np.ndarray, np.ndarray], places: np.ndarray) -> np.ndar
     return total
 
 
-def folded_at(
-    rule: tuple[np.ndarray, np.ndarray], fine: tuple[np.ndarray, np.ndarray]
-) -> np.ndarray:
-    """Return the integrals of l_q(c_i - tau) l_j(tau) over (0, c_i).
+def folded_at(nodes: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Return the integrals of l_q(c_i - tau) l_j(tau) over (0, c_i), by q, j and i.
 
-    rule: Gauss nodes c and their weights; fine: those of the samples q. They are an array
-    (samples, nodes, nodes) by q, j and i.
+    nodes, fine: in [-1, 1], Gauss nodes of the forces and of the samples q; c are those of the
+    forces in [0, 1]. The result is an array (samples, nodes, nodes).
     """
-    nodes = 0.5 * (rule[0] + 1.0)
-    places, weights = fine
-    total = np.zeros((len(places), len(nodes), len(nodes)))
-    for u, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-        of_kappa = lagrange(fine, nodes * (1.0 - u))
-        of_force = lagrange(rule, nodes * u)
-        total += weight * nodes * of_kappa[:, None, :] * of_force[None, :, :]
+    c = on_unit(nodes)
+    total = np.zeros((len(fine), len(c), len(c)))
+    for u, weight in zip(on_unit(fine), 0.5 * gauss_weights(fine), strict=True):
+        of_kappa = lagrange(fine, c * (1.0 - u))
+        of_force = lagrange(nodes, c * u)
+        total += weight * c * of_kappa[:, None, :] * of_force[None, :, :]
     return total
+
+
+def on_unit(nodes: np.ndarray) -> np.ndarray:
+    """Return places in [-1, 1] as places in [0, 1]."""
+    return 0.5 * (nodes + 1.0)
+
+
+def coefficient_of(nodes: np.ndarray, degree: int) -> np.ndarray:
+    """Return the row by which values at Gauss nodes give a Legendre coefficient."""
+    row: np.ndarray = (degree + 0.5) * gauss_weights(nodes) * legendre(nodes, degree)[degree]
+    return row
 
 
 def cell_constants() -> CellConstants:
     """Return the constants of cells; the same bits on every processor."""
-    rule = gauss(CELL_NODES)
-    few_rule = gauss(FEW)
-    fine = gauss(CELL_SAMPLES)
-    nodes = 0.5 * (rule[0] + 1.0)
-    few = 0.5 * (few_rule[0] + 1.0)
-    samples = 0.5 * (fine[0] + 1.0)
-    x, w = rule
-    last = (CELL_NODES - 2, CELL_NODES - 1)
-    tails = np.array([(k + 0.5) * w * legendre(x, CELL_NODES)[k] for k in last])
-    x, w = few_rule
-    rough = np.array([(k + 0.5) * w * legendre(x, FEW)[k] for k in (FEW - 1, 0)])
-    to_end = 0.5 * fine[1][:, None] * lagrange(rule, 1.0 - samples).T
+    nodes = gauss_points(CELL_NODES)
+    few = gauss_points(FEW)
+    fine = gauss_points(CELL_SAMPLES)
+    samples = on_unit(fine)
+    weights = 0.5 * gauss_weights(fine)
+    tails = [coefficient_of(nodes, degree) for degree in (CELL_NODES - 2, CELL_NODES - 1)]
+    rough = [coefficient_of(few, degree) for degree in (FEW - 1, 0)]
+    to_end = weights[:, np.newaxis] * lagrange(nodes, 1.0 - samples).T
     return CellConstants(
-        nodes=nodes,
+        nodes=on_unit(nodes),
         samples=samples,
-        at_nodes=lagrange(fine, nodes).ravel(),
-        at_few=lagrange(fine, few).ravel(),
-        folded=folded_at(rule, fine).ravel(),
-        folded_few=folded_at(few_rule, fine).ravel(),
+        at_nodes=lagrange(fine, on_unit(nodes)).ravel(),
+        at_few=lagrange(fine, on_unit(few)).ravel(),
+        folded=folded_at(nodes, fine).ravel(),
+        folded_few=folded_at(few, fine).ravel(),
         to_end=to_end.ravel(),
-        refined=lagrange(few_rule, nodes).ravel(),
-        tails=tails.ravel(),
-        rough=rough.ravel(),
+        refined=lagrange(few, on_unit(nodes)).ravel(),
+        tails=np.concatenate(tails),
+        rough=np.concatenate(rough),
     )

@@ -386,13 +386,11 @@ def run_part_on_springs(host, varied, watch, ends, origin, y):
     By the longest cells (`spring_cells`) that hold and are proven clear of touches; contacts, and
     short cells that are neither, are stepped. Which cells are taken follows from y alone.
     """
-    body, grid, walls, contacts, cells = (
-        host.body,
-        host.grid,
-        host.walls,
-        host.contacts,
-        host.cells,
-    )
+    body = host.body
+    grid = host.grid
+    walls = host.walls
+    contacts = host.contacts
+    cells = host.cells
     first, stop = ends
     whole = float(stop - first)
     accepted = ACCEPTED * math.sqrt(contacts.tolerance)

@@ -70,7 +70,6 @@ MOST_TERMS = 40  # of a Taylor series over a part of a cell
 class SpringCells(NamedTuple):
     """The tables of all lengths of cells, and scratch; each array is one row of numbers."""
 
-    part: float  # smallest cells (`grid`) of the longest cell times 2^coarsest
     lengths: Any  # (LEVELS,) of cells, in smallest cells
     rows: int  # numbers of a state in whole fours
     total: int  # numbers of a state and of the drive
@@ -133,20 +132,115 @@ def impulse_of(body, spring, total):
 
 
 @jit
+def link_row(body, link, total):
+    """Return w (total,) of a link: r by the state and the drive."""
+    row = np.zeros(total)
+    for i in range(body.size):
+        row[i] = body.rows[link * body.size + i]
+    return row
+
+
+@jit
+def springs_of_links(body):
+    """Return the spring (links,) along each link, -1 along those without one."""
+    spring_of = np.full(body.links, -1)
+    for spring in range(body.springs.number):
+        spring_of[body.springs.links[spring]] = spring
+    return spring_of
+
+
+@jit
+def sample_row(row, a, h, places, samples):
+    """Fill samples[q] with row exp(a h places[q]), place after place; the row moves along."""
+    before = 0.0
+    for q in range(len(places)):
+        spread(row, a, True, (places[q] - before) * h)
+        before = places[q]
+        for j in range(len(row)):
+            samples[q, j] = row[j]
+
+
+@jit
+def add_at_nodes(samples, shares, count, out, at):
+    """Add to out[at :] the columns of `count` values at nodes of what the samples (q, total) say.
+
+    shares: rows of `count` for each sample, the values there by that sample.
+    """
+    for q in range(samples.shape[0]):
+        for j in range(samples.shape[1]):
+            for node in range(count):
+                out[at + j * count + node] += samples[q, j] * shares[q * count + node]
+
+
+@jit
+def add_folded(kappa, folded, count, out, at):
+    """Add to out[at : at + count^2] the table that folds a kappa given at the samples."""
+    for q in range(len(kappa)):
+        first = q * count * count
+        for i in range(count * count):
+            out[at + i] += kappa[q] * folded[first + i]
+
+
+@jit
+def fill_ends(body, a, constants, h, ends, at):
+    """Add to ends[at :] the columns of M of all springs, in a cell of length h [s]."""
+    N = 2 * body.size
+    rows = (N + 3) // 4 * 4
+    for spring in range(body.springs.number):
+        state = impulse_of(body, spring, len(a))
+        before = 0.0
+        for q in range(CELL_SAMPLES):
+            spread(state, a, False, (constants.samples[q] - before) * h)
+            before = constants.samples[q]
+            for node in range(CELL_NODES):
+                weight = h * constants.to_end[q * CELL_NODES + node]
+                column = at + (spring * CELL_NODES + node) * rows
+                for i in range(N):
+                    ends[column + i] += weight * state[i]
+
+
+@jit
+def fill_kappa(samples, jump, h, kappa):
+    """Fill kappa[q] with h times the answer of a link at sample q to a unit impulse."""
+    N = len(jump)
+    for q in range(len(kappa)):
+        answer = 0.0
+        for j in range(N):
+            answer += samples[q, j] * jump[j]
+        kappa[q] = h * answer
+
+
+@jit
+def bound_by_force(body, spring, total, slope, bounds, h):
+    """Return the bound of |r''| of a link by the largest |g| of a spring, in a cell of h [s].
+
+    slope: w A of the link; bounds: those of |w A^2 y| by the norms of pairs, grown over the cell.
+    """
+    jump = impulse_of(body, spring, total)
+    direct = 0.0
+    for i in range(total):
+        direct += slope[i] * jump[i]
+    later = 0.0
+    for i in range(body.size):
+        norm = abs(jump[body.size + i])
+        if i >= body.modes:
+            _, norm = along(body, i - body.modes, jump, 0)
+        later += bounds[i] * abs(norm)
+    return abs(direct) + h * later
+
+
+@jit
 def spring_cells(body, grid, walls, stops):
     """Return the `SpringCells` of a body, or None without springs that are not linear."""
     if body.springs is None:
         return None
-    size, links, springs, constants = (
-        body.size,
-        body.links,
-        body.springs.number,
-        body.springs.constants,
-    )
-    N = 2 * size
+    links = body.links
+    springs = body.springs.number
+    constants = body.springs.constants
+    N = 2 * body.size
     total = N + body.drives
     rows = (N + 3) // 4 * 4
-    pairs = size + body.drives // 2
+    pairs = body.size + body.drives // 2
     longest = grid.cells / stops
     while longest * grid.h * grid.rate > WIDEST:
         longest *= 0.5
@@ -157,22 +251,16 @@ def spring_cells(body, grid, walls, stops):
     has_walls = walls.number > 0
     a = matrix_of(body)
     scales, paired, back = pairs_of(body, a)
-    growth = growth_of(paired, size)
+    growth = growth_of(paired, body.size)
     free = np.zeros(LEVELS * links * total * CELL_NODES)
     free_few = np.zeros(LEVELS * springs * total * FEW)
     answers = np.zeros(LEVELS * links * springs * CELL_NODES * CELL_NODES)
     answers_few = np.zeros(LEVELS * springs * springs * FEW * FEW)
     whole = np.zeros(LEVELS * total * rows)
     ends = np.zeros(LEVELS * springs * CELL_NODES * rows)
-    gains = np.zeros(springs)
     seconds = np.zeros(LEVELS * links * pairs if has_walls else 0)
     by_force = np.zeros(LEVELS * links * springs if has_walls else 0)
-    is_sprung = np.zeros(links, np.int64)
-    for spring in range(springs):
-        link = body.springs.links[spring]
-        is_sprung[link] = 1 + spring
-        for i in range(size):
-            gains[spring] += body.rows[link * size + i] * body.answers[link * size + i]
+    spring_of = springs_of_links(body)
     samples = np.zeros((CELL_SAMPLES, total))
     kappa = np.zeros(CELL_SAMPLES)
     step = exponential(a * (lengths[LEVELS - 1] * grid.h))
@@ -183,84 +271,43 @@ def spring_cells(body, grid, walls, stops):
                 whole[(level * total + j) * rows + i] = step[i, j]
         if level > 0:
             step = times(step, step)
-        for spring in range(springs):
-            state = impulse_of(body, spring, total)
-            before = 0.0
-            for q in range(CELL_SAMPLES):
-                spread(state, a, False, (constants.samples[q] - before) * h)
-                before = constants.samples[q]
-                for node in range(CELL_NODES):
-                    weight = h * constants.to_end[q * CELL_NODES + node]
-                    at = ((level * springs + spring) * CELL_NODES + node) * rows
-                    for i in range(N):
-                        ends[at + i] += weight * state[i]
+        fill_ends(body, a, constants, h, ends, level * springs * CELL_NODES * rows)
         for link in range(links):
-            if is_sprung[link] == 0 and not has_walls:
+            own = spring_of[link]
+            if own < 0 and not has_walls:
                 continue
-            row = np.zeros(total)
-            for i in range(size):
-                row[i] = body.rows[link * size + i]
-            before = 0.0
-            for q in range(CELL_SAMPLES):
-                spread(row, a, True, (constants.samples[q] - before) * h)
-                before = constants.samples[q]
-                for j in range(total):
-                    samples[q, j] = row[j]
+            sample_row(link_row(body, link, total), a, h, constants.samples, samples)
             at = (level * links + link) * total * CELL_NODES
-            for q in range(CELL_SAMPLES):
-                for j in range(total):
-                    for node in range(CELL_NODES):
-                        share = constants.at_nodes[q * CELL_NODES + node]
-                        free[at + j * CELL_NODES + node] += samples[q, j] * share
-            if is_sprung[link] > 0:
-                at = (level * springs + is_sprung[link] - 1) * total * FEW
-                for q in range(CELL_SAMPLES):
-                    for j in range(total):
-                        for node in range(FEW):
-                            share = constants.at_few[q * FEW + node]
-                            free_few[at + j * FEW + node] += samples[q, j] * share
+            add_at_nodes(samples, constants.at_nodes, CELL_NODES, free, at)
+            if own >= 0:
+                few = (level * springs + own) * total * FEW
+                add_at_nodes(samples, constants.at_few, FEW, free_few, few)
             for spring in range(springs):
-                jump = impulse_of(body, spring, total)
+                fill_kappa(samples, impulse_of(body, spring, total), h, kappa)
                 at = ((level * links + link) * springs + spring) * CELL_NODES * CELL_NODES
-                few = ((level * springs + is_sprung[link] - 1) * springs + spring) * FEW * FEW
-                for q in range(CELL_SAMPLES):
-                    answer = 0.0
-                    for j in range(size, N):
-                        answer += samples[q, j] * jump[j]
-                    kappa[q] = h * answer
-                for q in range(CELL_SAMPLES):
-                    first = q * CELL_NODES * CELL_NODES
-                    for i in range(CELL_NODES * CELL_NODES):
-                        answers[at + i] += kappa[q] * constants.folded[first + i]
-                    first = q * FEW * FEW
-                    for i in range(FEW * FEW if is_sprung[link] > 0 else 0):
-                        answers_few[few + i] += kappa[q] * constants.folded_few[first + i]
+                add_folded(kappa, constants.folded, CELL_NODES, answers, at)
+                if own >= 0:
+                    few = ((level * springs + own) * springs + spring) * FEW * FEW
+                    add_folded(kappa, constants.folded_few, FEW, answers_few, few)
             if has_walls:
-                row[:] = 0.0
-                for i in range(size):
-                    row[i] = body.rows[link * size + i]
-                slope = derivative_of(a, row)
+                slope = derivative_of(a, link_row(body, link, total))
                 by_pair = norms_by_pair(body, derivative_of(a, slope), scales, back)
                 bounds = grown(by_pair, growth, h)
                 at = level * links + link
                 for pair in range(pairs):
                     seconds[at * pairs + pair] = bounds[pair]
                 for spring in range(springs):
-                    jump = impulse_of(body, spring, total)
-                    direct = 0.0
-                    for i in range(total):
-                        direct += slope[i] * jump[i]
-                    later = 0.0
-                    for i in range(size):
-                        norm = abs(jump[size + i])
-                        if i >= body.modes:
-                            _, norm = along(body, i - body.modes, jump, 0)
-                        later += bounds[i] * abs(norm)
-                    by_force[at * springs + spring] = abs(direct) + h * later
+                    bound = bound_by_force(body, spring, total, slope, bounds, h)
+                    by_force[at * springs + spring] = bound
+    gains = np.zeros(springs)
+    for spring in range(springs):
+        row = body.springs.links[spring] * body.size
+        for i in range(body.size):
+            gains[spring] += body.rows[row + i] * body.answers[row + i]
     at_nodes = np.zeros(springs * CELL_NODES)
     return SpringCells(
-        grid.cells / stops, lengths, rows, total, free, free_few, answers, answers_few, whole, ends,
-        gains, seconds, by_force, scales, at_nodes, np.zeros(links * CELL_NODES), at_nodes.copy(),
+        lengths, rows, total, free, free_few, answers, answers_few, whole, ends, gains, seconds,
+        by_force, scales, at_nodes, np.zeros(links * CELL_NODES), at_nodes.copy(),
         np.zeros(springs * 3 * FEW), np.zeros(springs), np.zeros(links), np.zeros(pairs),
         np.zeros(total + 3), np.zeros(rows),
     )  # fmt: skip
@@ -516,16 +563,8 @@ def is_cell_clear(body, walls, cells, level, h):
         for spring in range(number):
             at = ((level * links + link) * number + spring) * CELL_NODES * CELL_NODES
             values, first = cells.forces, CELL_NODES * spring
-            add_columns(
-                cells.answers,
-                at,
-                CELL_NODES,
-                values,
-                first,
-                CELL_NODES,
-                cells.strokes,
-                CELL_NODES * link,
-            )
+            to = CELL_NODES * link
+            add_columns(cells.answers, at, CELL_NODES, values, first, CELL_NODES, cells.strokes, to)
     if not bound_bends(body, cells, level, h):
         return False
     for wall in range(walls.number):

@@ -385,6 +385,7 @@ def interval_in(entries: Document, system: System, free: Collection[str] = ()) -
     if both is not None:
         raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
     first, last = (float(ratio.parameter(value, system.parameters)) for value in (start, stop))
-    # f remains f whatever else is set
-    kept = None if ratio.needs else stated
-    return Interval(ratio.gives, min(first, last), max(first, last), kept, falls=first > last)
+    low, high = min(first, last), max(first, last)
+    if ratio.needs:  # what else is set decides how the ratio and the parameter go together
+        return Interval(ratio.gives, low, high, falls=first > last)
+    return Interval(ratio.gives, low, high, stated, falls=first > last)

@@ -553,7 +553,10 @@ def _stops_in_words(ends: tuple[str, str], reasons: Mapping[str, str]) -> Iterat
 
 
 def _change_in_words(row: Any) -> str:
-    """Return what changes at a special point: labels, wall, rotation number, and what failed."""
+    """Return the report on a special point behind its place: the labels on both sides, and more.
+
+    That is the wall that is grazed, the monitor, the rotation number, and what was not found.
+    """
     words = f"{row.before} -> {row.after}" if row.before != row.after else str(row.before)
     if row.wall:
         several = row.wall == "both" or " " in row.wall

@@ -148,9 +148,11 @@ def orbits_on(branches: Continued, along: Interval, cell: dict[str, float]) -> d
     orbits: dict[Orbit, str] = {}
     if cell:
         for crossing in branches.orbits_at(cell[name]):
-            own = branches.request.own(along.name)
-            value = crossing.value if along.name == name else own
-            assert value is not None  # the system has what may vary
+            value = crossing.value
+            if along.name != name:
+                of_system = branches.request.own(along.name)
+                assert of_system is not None  # the system has what may vary
+                value = of_system
             orbit = Orbit(tuple(crossing.state.tolist()), value, crossing.period)
             orbits[orbit] = crossing.label
         return orbits

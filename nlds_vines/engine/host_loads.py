@@ -198,8 +198,9 @@ def longest_cell(system: General, duration: float) -> float:
 
     It is `REACH` at the rate of the second slowest motion; the kernels halve it for faster ones.
     """
-    own = [abs(damper.k) / damper.m for damper in system.dampers if damper.m]
-    rates = np.sort(np.concatenate([system.host.frequencies[:2], np.sqrt(own)]))
+    # of a bistable damper, k < 0, the rate at which it leaves r = 0
+    squares = [abs(damper.k) / damper.m for damper in system.dampers if damper.m]
+    rates = np.sort(np.concatenate([system.host.frequencies[:2], np.sqrt(squares)]))
     rates = rates[rates > 0.0]
     if not rates.size:
         return duration

@@ -287,12 +287,13 @@ class KindLoads:
             mass = m1 * m2 / (m1 + m2)
         for code, wall in enumerate(("near", "far")):
             if wall in scene.walls and scene.law_at(wall).instant:
-                own = rows[:, WALL] == code
+                at_wall = rows[:, WALL] == code
                 has_own_law = scene.law_2 is not None and wall == "near"
                 constants = cell[NEAR] if has_own_law else cell
                 restitution = float(constants["e"])
-                columns["impulse"][own] = (1.0 + restitution) * mass * rows[own, SPEED]
-                columns["force"][own] = np.inf
+                speeds = rows[at_wall, SPEED]
+                columns["impulse"][at_wall] = (1.0 + restitution) * mass * speeds
+                columns["force"][at_wall] = np.inf
         return np.array([columns[name] for name in TOUCH_COLUMNS]).T
 
     def _histories(

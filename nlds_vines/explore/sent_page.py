@@ -7,19 +7,22 @@ from __future__ import annotations
 
 import base64
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.files import toml_text
-from nlds_vines.archives.provenance import RESPONSE_HISTORY
+from nlds_vines.archives.provenance import RESPONSE_CURVES, RESPONSE_HISTORY, TUNING
+from nlds_vines.bifurcation.response_curves import ResponseCurves
 from nlds_vines.cli.command import TASKS
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.system_drawing import drawn_system
-from nlds_vines.loads.result import aligned
+from nlds_vines.loads.request import HistoryRequest
+from nlds_vines.loads.result import LoadScan, ResponseHistories, aligned
 from nlds_vines.model.system import System
+from nlds_vines.tuning.result import Tuned
 
 MOST_SYSTEMS = 8  # systems that are drawn
 MOST_NUMBERS = 50  # numbers of a list that the request on the page has; samples are in the archive
@@ -62,15 +65,16 @@ def sent_page(path: Path) -> str:
         shows = _pictures(view)
     task = TASKS[content]
     result = task.read(path)
+    account = _ACCOUNTS[content](result)
     sections = [
-        _section("What was asked", _listed(_asked(result))),
-        _section("Systems", _drawn(result)),
-        _section("Results", _results(result)),
+        _section("What was asked", _listed(account.asked)),
+        _section("Systems", _drawn(account)),
+        _section("Results", _results(result, account)),
     ]
     pictures = "".join(_picture(task.picture, path, show, words) for show, words in shows)
     sections += [
         _section("Pictures", pictures),
-        _section("Assumptions", _listed(assumptions_of(result))),
+        _section("Assumptions", _listed(_assumptions_of(account))),
         _section("Where this comes from", _provenance(path, about, result)),
     ]
     return (
@@ -104,77 +108,102 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
 # ---- what was asked, and what came out -----------------------------------------------------------
 
 
-def _history_of(result: Any) -> Any:
-    """Return the request of histories of a result: its own, that of a tuning, or None."""
-    request = result.request
-    return request if hasattr(request, "load") else getattr(request, "history", None)
+class Account(NamedTuple):
+    """What a page says of a result, whichever task it is of.
+
+    Attributes:
+        asked: lines that say what was asked.
+        systems: the systems, and words for each.
+        history: the request of histories under loads; None of responses to a harmonic force.
+        table: the rows of a comparison, the heading first; none if the report has it all.
+        is_one_text: whether the lines of the report stand below each other, as a table of text.
+        draws: how uncertain numbers were drawn; "" if none were.
+    """
+
+    asked: list[str]
+    systems: list[tuple[System, str]]
+    history: HistoryRequest | None
+    table: Sequence[Sequence[str]] = ()
+    is_one_text: bool = False
+    draws: str = ""
 
 
-def systems_of(result: Any) -> list[System]:
-    """Return the systems of a result, each once; of a tuning the one of its best design."""
+def _asked_of_history(history: HistoryRequest) -> Iterator[str]:
+    yield f"load: {history.load.words() or 'none, a free decay'}"
+    yield f"duration: {history.duration:g} s"
+    yield from history.load.records_in_words(history.duration)
+    if history.heights:
+        heights = [f"{name} {height:g} m" for name, height in history.heights.items()]
+        yield f"heights of storeys: {', '.join(heights)}"
+
+
+def _account_of_histories(result: ResponseHistories | LoadScan) -> Account:
     request = result.request
-    if hasattr(request, "systems"):
-        return list(request.systems)
-    if hasattr(request, "cases") and not hasattr(request, "free"):
-        return [case.scan.system for case in request.cases]
+    asked = list(_asked_of_history(request))
+    asked += [axis.heading() for axis in request.vary]
+    systems = list(zip(request.systems, request.words, strict=True))
+    table = result.rows() if not request.vary else []
+    return Account(asked, systems, request, table)
+
+
+def _account_of_curves(result: ResponseCurves) -> Account:
+    cases = result.request.cases
+    axes = [axis.heading() for case in cases for axis in case.scan.axes]
+    systems = [(case.scan.system, case.scan.system.in_words()) for case in cases]
+    return Account(list(dict.fromkeys(axes)), systems, None)
+
+
+def _account_of_tuning(result: Tuned) -> Account:
+    """Return what is said of a tuning; the system is that of its best design."""
+    request = result.request
+    history = request.history
+    asked = [] if history is None else list(_asked_of_history(history))
+    asked += [f"free: {one.heading()}" for one in request.free]
+    asked += [f"uncertain: {one.words()}" for one in request.uncertain]
+    asked.append(f"objective: {request.objective_in_words}")
+    asked.append(f"judged by the {request.judged}")
+    asked += [f"over {axis.heading()}" for axis in request.over]
     system = request.system
     if result.optima:
         best = result.optima[0]
         system = system.with_(**best.places).with_(**best.parameters)
-    return [system]
-
-
-def _asked(result: Any) -> Iterator[str]:
-    request = result.request
-    history = _history_of(result)
-    if history is not None:
-        yield f"load: {history.load.words() or 'none, a free decay'}"
-        yield f"duration: {history.duration:g} s"
-        yield from history.load.records_in_words(history.duration)
-        if history.heights:
-            heights = [f"{name} {height:g} m" for name, height in history.heights.items()]
-            yield f"heights of storeys: {', '.join(heights)}"
-    if hasattr(request, "free"):
-        yield from (f"free: {one.heading()}" for one in request.free)
-        yield from (f"uncertain: {one.words()}" for one in request.uncertain)
-        yield f"objective: {request.objective_in_words}"
-        yield f"judged by the {request.judged}"
-        yield from (f"over {axis.heading()}" for axis in request.over)
-    elif history is None:
-        yield from dict.fromkeys(
-            axis.heading() for case in request.cases for axis in case.scan.axes
+    draws = ""
+    if request.draws:
+        draws = (
+            f"Uncertain numbers are drawn from a scrambled Sobol sequence, {request.draws} "
+            f"draws in the search and {request.fresh_draws} others to judge the optimum."
         )
-    else:
-        yield from (axis.heading() for axis in request.vary)
+    systems = [(system, system.in_words())]
+    return Account(asked, systems, history, is_one_text=True, draws=draws)
 
 
-def _results(result: Any) -> str:
+_ACCOUNTS: Mapping[str, Callable[[Any], Account]] = {
+    RESPONSE_HISTORY: _account_of_histories,
+    RESPONSE_CURVES: _account_of_curves,
+    TUNING: _account_of_tuning,
+}
+
+
+def _results(result: Any, account: Account) -> str:
     lines = list(result.lines())[1:]
-    history = _history_of(result)
+    history = account.history
     if history is not None:
         records = history.load.records_in_words(history.duration)
         lines = [line for line in lines if line not in records]
-    if hasattr(result, "optima"):
+    if account.is_one_text:
         return f"<pre>{escape(chr(10).join(lines))}</pre>"
     table = ""
-    has_rows = hasattr(result, "rows") and not (history is not None and history.vary)
-    rows = result.rows() if has_rows else []
-    if len(rows) > 1:
-        table = _table(rows)
-        of_table = set(aligned(rows))
+    if len(account.table) > 1:
+        table = _table(account.table)
+        of_table = set(aligned(account.table))
         lines = [line for line in lines if line not in of_table]
     return table + _listed(line.strip() for line in lines)
 
 
-def _drawn(result: Any) -> str:
-    systems = systems_of(result)
-    request = result.request
-    words = list(request.words) if hasattr(request, "words") else []
-    if len(words) != len(systems):
-        words = [system.in_words() for system in systems]
-    pairs = zip(systems[:MOST_SYSTEMS], words, strict=False)
-    drawings = "".join(drawn_system(system, one) for system, one in pairs)
-    left = len(systems) - MOST_SYSTEMS
+def _drawn(account: Account) -> str:
+    shown = account.systems[:MOST_SYSTEMS]
+    drawings = "".join(drawn_system(system, words) for system, words in shown)
+    left = len(account.systems) - MOST_SYSTEMS
     more = f"<p>{left} more systems are not drawn.</p>" if left > 0 else ""
     return f'<div class="systems">{drawings}</div>{more}'
 
@@ -212,9 +241,10 @@ def _picture(picture: Any, path: Path, show: str | None, words: str) -> str:
 # ---- assumptions, and where it comes from --------------------------------------------------------
 
 
-def assumptions_of(result: Any) -> Iterator[str]:
+def _assumptions_of(account: Account) -> Iterator[str]:
     """Yield what the numbers of a result rest on."""
-    history = _history_of(result)
+    history = account.history
+    systems = [system for system, _ in account.systems]
     yield "The structure is linear; dampers and walls are as drawn."
     if history is None:
         yield "Responses are those after the transient, under a harmonic force or motion."
@@ -231,7 +261,7 @@ def assumptions_of(result: Any) -> Iterator[str]:
             )
         start = "in the given state" if history.state else "at rest"
         yield f"The structure is {start} at t = 0."
-    struck = [system for system in systems_of(result) if system.scene.walls]
+    struck = [system for system in systems if system.scene.walls]
     laws = {law.name: law for system in struck for law in system.contact_laws}
     for name, law in laws.items():
         instant = (
@@ -243,16 +273,12 @@ def assumptions_of(result: Any) -> Iterator[str]:
             "Medians and 84 % quantiles are over the records, interpolated linearly; failed orbits "
             "are left out."
         )
-    if getattr(result.request, "draws", 0):
-        yield (
-            f"Uncertain numbers are drawn from a scrambled Sobol sequence, {result.request.draws} "
-            f"draws in the search and {result.request.fresh_draws} others to judge the optimum."
-        )
-    texts = dict.fromkeys(
-        f"{name}: {text}"
-        for system in systems_of(result)
-        for name, text in getattr(system, "assumptions", {}).items()
-    )
+    if account.draws:
+        yield account.draws
+    texts: dict[str, None] = {}
+    for system in systems:
+        for name, text in system.assumptions.items():
+            texts[f"{name}: {text}"] = None
     yield from texts
 
 

@@ -151,6 +151,7 @@ class System(Outlined):
     name: str
     title: str
     sources: Mapping[str, str]
+    assumptions: Mapping[str, str] = MappingProxyType({})
     class_name = "System"
 
     def __new__(cls, *args: Any, **kwargs: Any) -> System:

@@ -128,6 +128,6 @@ def _panels(scene: Scene) -> Iterator[Panel]:
     elif scene.damper:
         yield Panel("E2max", "E2max", "J", "largest energy of the damper")
     yield Panel(MULTIPLIERS, MULTIPLIERS, "1", "moduli of the Floquet multipliers")
-    if scene.walls or scene.counted:
+    if scene.walls:
         for name, (unit, words) in _OF_IMPACTS.items():
             yield Panel(name, name, unit, words)

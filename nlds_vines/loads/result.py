@@ -358,7 +358,7 @@ class Statistic(NamedTuple):
 def quantile_of(values: np.ndarray, share: float) -> float:
     """Return a quantile of values, interpolated linearly, as `numpy.quantile` has it.
 
-    Infinite values are the largest ones.
+    But between two infinite values, which are the largest ones, it is infinite and not NaN.
     """
     ascending = np.sort(values)
     place = share * (len(ascending) - 1)

@@ -81,6 +81,13 @@ def test_panels_are_chosen_by_name(branches, answer, refusal):
     assert "unknown show 'x1'; allowed: plane" in refusal("continuation", *plane)
 
 
+def test_panels_of_impacts_need_walls(refusal):
+    line = refusal("continuation", "--system", "tmd", "--show", "largest_force", "--plot", "a.png")
+    assert "largest_force" in line
+    assert "multipliers" in line
+    assert "fastest_impact" not in line
+
+
 def test_a_command_draws_the_panels_that_it_shows(tmp_path, ask):
     path, drawn, again = (tmp_path / name for name in ("a.h5", "a.svg", "again.svg"))
     asked = ["--along", "omega=7:7.01", "-o", path, "--quiet"]

@@ -136,8 +136,8 @@ class MapFigure:
         words = "map" if self.is_map else "diagram"
         self.main.html_attributes = {
             "role": "img",
-            "aria-label": f"{words} of {results.scan.title}; the arrow keys choose a cell, whose "
-            "values and label the page then reads out",
+            "aria-label": f"{words} of {results.scan.title}, described in words below it; the "
+            "arrow keys choose a cell, whose values and label the page then reads out",
         }
         self.beneath, self.picture = Layer(self.main), Layer(self.main)
         self.hatch = models.ColumnDataSource({"left": [], "right": [], "bottom": [], "top": []})

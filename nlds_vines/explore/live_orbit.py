@@ -239,7 +239,8 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
             width = f" ± {regime.transient_lyapunov_width:.1g}"
             yield "before it settled", f"{regime.transient_lyapunov:.4g}{width} 1/s"
     if regime.settling >= 0:
-        yield "obeys its multipliers", f"from period {regime.settling} on"
+        since = f"from period {regime.settling} on" if regime.settling else "from the start on"
+        yield "obeys its multipliers", since
     if isfinite(regime.clearance):
         yield "nearest miss", f"{regime.clearance:.3g} m"
     if isfinite(regime.softest):

@@ -74,6 +74,7 @@ class Page:
         self.history = self.select("time history", lambda name: self.follow(), histories)
         names = ("state", "legend", "readout", "progress")
         self.state, self.legend, self.readout, self.progress = map(figures.text, names)
+        self.described = figures.text("unseen")
         names = ("verdict", "trouble", "evidence", "files")
         self.verdict, self.trouble, self.evidence, self.files = map(figures.text, names)
         self.tip = figures.text("tip", visible=False)
@@ -101,7 +102,7 @@ class Page:
             "map": [
                 row(self.show, self.start, self.state, figures.theme_button(), **figures.WIDE),
                 *self.map.figures[:-1],
-                self.tip, self.map.main, self.legend, self.readout,
+                self.tip, self.map.main, self.described, self.legend, self.readout,
                 row(self.back, self.forward, here, self.cancel, **figures.WIDE), self.progress,
                 figures.text("hint", text=hint), self.key,
             ],
@@ -221,8 +222,9 @@ class Page:
             self.tip.visible = False
             return
         results, start = self.chosen.results, int(self.start.value)
-        lines = map(escape, map_view.cell_in_words(results, cell, start))
-        self.tip.text = f"<b>{next(lines)}</b><br>{'<br>'.join(lines)}"
+        show = self.shows[self.show.value]
+        head, *lines = map(escape, map_view.tip_in_words(results, cell, start, show))
+        self.tip.text = f"<b>{head}</b><br>{'<br>'.join(lines)}"
         is_right = event.sx > self.size[0] / 2
         self.tip.css_classes = ["tip", "left"] if is_right else ["tip"]
         top = event.sy + 16 - (0 if event.model is self.map.main else event.model.height)
@@ -361,6 +363,8 @@ class Page:
             self.map.picture.put(picture, window)
             self.map.put_strip(results)
         self.legend.text = picture.legend
+        words = map_view.picture_in_words(results, show, int(self.start.value))
+        self.described.text = escape(words)  # the text alternative of the map
 
     def resize(self, side: int, pixels: float) -> None:
         self.size[side] = max(int(pixels), 100)

@@ -5,7 +5,7 @@ An image is an array of codes and a palette, so a change of the shown number sen
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
@@ -90,9 +90,12 @@ def in_brackets(words: str, unit: str) -> str:
     return words if unit == "1" else f"{words} [{unit}]"
 
 
-def with_unit(value: float, unit: str, digits: int = 4) -> str:
-    text = f"{value:.{digits}g}".replace("-", "−")
+def in_unit(text: str, unit: str) -> str:
     return text if unit == "1" else f"{text} {unit}"
+
+
+def with_unit(value: float, unit: str, digits: int = 4) -> str:
+    return in_unit(f"{value:.{digits}g}".replace("-", "−"), unit)
 
 
 # ---- what can be shown ---------------------------------------------------------------------------
@@ -354,19 +357,27 @@ def values_in_words(axis: Axis) -> list[str]:
     return [f"{entry.symbol} = {with_unit(float(value), entry.unit, 6)}" for value in axis.values]
 
 
-def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[str]:
-    """Return the label of a cell, empty if there is none, its place, and its recorded numbers."""
-    row, several = cell[0] * results.shape[1] + cell[1], len(results.starts) > 1
-    head = results.starts[start] if several else ""
+def head_of(results: Stored, cell: tuple[int, int], start: int) -> str:
+    """Return the label of an orbit and the name of its start; empty if there is neither."""
+    name = results.starts[start] if len(results.starts) > 1 else ""
+    if "label" not in results:
+        return name
+    label = str(results.lanes("label")[_row(results, cell), start]) or UNKNOWN
+    return f"{label} ({name})" if name else label
+
+
+def place_in_words(results: Stored, cell: tuple[int, int]) -> str:
     pairs = zip(results.axes, cell, strict=False)
-    lines = [", ".join(values_in_words(axis)[i] for axis, i in pairs)]
-    if "label" in results:
-        labels = results.lanes("label")[row].tolist()
-        label = labels[start] or UNKNOWN
-        head = f"{label} ({head})" if head else label
-        if several:
-            counts = sorted({(-labels.count(one), one or UNKNOWN) for one in labels})
-            lines.append("all starts: " + ", ".join(f"{one} × {-n}" for n, one in counts))
+    return ", ".join(values_in_words(axis)[i] for axis, i in pairs)
+
+
+def _row(results: Stored, cell: tuple[int, int]) -> int:
+    return cell[0] * results.shape[1] + cell[1]
+
+
+def numbers_in_words(results: Stored, cell: tuple[int, int], start: int) -> dict[str, str]:
+    """Return the finite numbers of an orbit in words, by column."""
+    row = _row(results, cell)
 
     def number(name: str) -> float:
         if name == "multiplier":
@@ -374,12 +385,128 @@ def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[st
         one = results.numbers[name]
         return float(one.of(results.lanes(one.dataset)[row, start]))
 
+    lines = {}
     for name, words, unit, width in numbers_of(results):
-        if isfinite(value := number(name)):
-            half = number(width) if width in results else 0.0
-            text = f"{value:.4g} ± {half:.2g}" if half > 0 else f"{value:.4g}"
-            lines.append(f"{words}: {text}" + ("" if unit == "1" else f" {unit}"))
+        value = number(name)
+        if not isfinite(value):
+            continue
+        half = number(width) if width in results else 0.0
+        text = f"{value:.4g} ± {half:.2g}" if half > 0 else f"{value:.4g}"
+        lines[name] = f"{words}: {in_unit(text, unit)}"
+    return lines
+
+
+def tip_in_words(results: Stored, cell: tuple[int, int], start: int, show: Show) -> list[str]:
+    """Return what a small box beside the pointer has room for: label, place and one number.
+
+    It is the shown number or, of regimes and of points, the first one.
+    """
+    numbers = numbers_in_words(results, cell, start)
+    first = next(iter(numbers), "")
+    shown = numbers.get(show.column if show.column in results.numbers else first, "")
+    lines = [head_of(results, cell, start), place_in_words(results, cell)]
+    return [*lines, shown] if shown else lines
+
+
+def cell_in_words(results: Stored, cell: tuple[int, int], start: int) -> list[str]:
+    """Return the label of a cell, empty if there is none, its place, and its recorded numbers."""
+    row = _row(results, cell)
+    lines = [head_of(results, cell, start), place_in_words(results, cell)]
+    if "label" in results and len(results.starts) > 1:
+        labels = results.lanes("label")[row].tolist()
+        counts = sorted({(-labels.count(one), one or UNKNOWN) for one in labels})
+        lines.append("all starts: " + ", ".join(f"{one} × {-n}" for n, one in counts))
+    lines += numbers_in_words(results, cell, start).values()
     status = int(results.lanes("status")[row, start])
     if status not in (OK, NOT_COMPUTED):
         lines.append(f"status: {STATUS[status].name if status in STATUS else status}")
-    return [head, *lines]
+    return lines
+
+
+# ---- a map or a diagram in words, for readers who do not see it ----------------------------------
+
+
+def picture_in_words(results: Stored, show: Show, start: int) -> str:
+    """Return what a map or a diagram shows: its axes, and where which regimes or numbers are."""
+    kind = "Map" if len(results.scan.axes) == 2 else "Diagram"
+    spans = " and ".join(_axis_in_words(axis) for axis in results.axes)
+    said = [f"{kind} over {spans}. Shown: {show.title}"]
+    if len(results.starts) > 1 and (show.of_start or kind == "Diagram"):
+        said.append(f", {results.starts[start]}")
+    said.append(". ")
+    if show.classes:
+        column_of_start = start if show.of_start else 0
+        codes = column(results, show.column)[:, column_of_start]
+        said.append(_classes_in_words(results, show.classes, codes))
+    else:
+        said.append(_range_in_words(results, show, start))
+    if kind == "Diagram" and "label" in results:
+        said.append(" " + _runs_in_words(results, label_codes(results)[1][:, start]))
+    return "".join(said)
+
+
+def _axis_in_words(axis: Axis) -> str:
+    entry = DESCRIBED[axis.name]
+    meaning = entry.meaning.partition(";")[0]
+    low, high = float(axis.values[0]), float(axis.values[-1])
+    span = f"from {low:.6g} to {in_unit(f'{high:.6g}', entry.unit)}"
+    return f"{meaning}, {entry.symbol}, {span} in {axis.values.size} cells"
+
+
+def _extent_in_words(results: Stored, cells: np.ndarray) -> str:
+    """Return the least and the largest value of each axis among cells, given by number."""
+    places = np.unravel_index(cells, results.shape)
+    spans = []
+    for axis, indices in zip(results.axes, places, strict=False):
+        entry = DESCRIBED[axis.name]
+        low, high = float(axis.values[indices].min()), float(axis.values[indices].max())
+        span = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+        spans.append(f"{entry.symbol} = {in_unit(span, entry.unit)}")
+    return ", ".join(spans)
+
+
+def _classes_in_words(
+    results: Stored, classes: Sequence[tuple[str, ...]], codes: np.ndarray
+) -> str:
+    """Return the share of each class and where it is, the most frequent first."""
+    numbers, counts = np.unique(codes.astype(int), return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    said = []
+    for k in order[:MOST_NAMED].tolist():
+        cells = np.flatnonzero(codes == numbers[k])
+        share = counts[k] / codes.size
+        word = classes[int(numbers[k])][0]
+        said.append(f"{word}: {share:.1%} of the cells, at {_extent_in_words(results, cells)}")
+    others = len(order) - len(said)
+    more = f"; and {others} more" if others else ""
+    return "; ".join(said) + f"{more}."
+
+
+def _range_in_words(results: Stored, show: Show, start: int) -> str:
+    """Return the least and the largest of the shown numbers, and where they are."""
+    if show.points:
+        values = diagram_values(results, show)[:, start]
+    else:
+        values = column(results, show.column)[:, start if show.of_start else 0, np.newaxis]
+    if not np.isfinite(values).any():
+        return "No value is known."
+    said = []
+    for word, place in (("Least", np.nanargmin(values)), ("largest", np.nanargmax(values))):
+        value = in_unit(f"{values.flat[place]:.4g}", show.unit)
+        cell = np.array([place // values.shape[1]])
+        said.append(f"{word}: {value} at {_extent_in_words(results, cell)}")
+    return "; ".join(said) + "."
+
+
+def _runs_in_words(results: Stored, codes: np.ndarray) -> str:
+    """Return the labels along the axis of a diagram, neighbors of one label together."""
+    every, _, _ = label_codes(results)
+    ends = [*(np.flatnonzero(np.diff(codes)) + 1).tolist(), codes.size]
+    said, first = [], 0
+    for end in ends[:MOST_NAMED]:
+        cells = np.arange(first, end)
+        said.append(f"{_extent_in_words(results, cells)}: {every[int(codes[first])]}")
+        first = end
+    others = len(ends) - len(said)
+    more = f"; and {others} changes more" if others else ""
+    return "Regimes along the axis: " + "; ".join(said) + f"{more}."

@@ -170,6 +170,7 @@ def _page(
     start.options = [(str(k), name) for k, name in enumerate(results.starts)]
     verdict, tip = figures.text("verdict"), figures.text("tip", visible=False)
     key, legend = figures.text(visible=False), figures.text("legend")
+    described = figures.text("unseen")
     hints = ["Click a cell or use the arrow keys, with Shift ten cells further."]
     if branches is not None:
         hints.append("Lines: branches of a continuation, dashed if they are unstable.")
@@ -182,13 +183,14 @@ def _page(
     parts = {
         "map": [
             beside(show, start, figures.theme_button(), **figures.WIDE), *figure.figures[:-1], tip,
-            figure.main,
+            figure.main, described,
             legend, figures.text("hint", text=" ".join(hints)), key,
         ],
         "orbit": [verdict, *(planes if points else [])],
     }  # fmt: skip
     arguments |= {
         "show": show, "start": start, "legend": legend, "verdict": verdict, "tip": tip, "key": key,
+        "described": described,
         "branches": lines, "section": source,
     }  # fmt: skip
     missing = []
@@ -250,6 +252,10 @@ def _arguments(
             entry["legends"] = [
                 map_view.painted_diagram(results, show, (0, 1, 0, 1), (1, 1)).legend
             ]
+        is_by_start = show.of_start or not is_map
+        entry["described"] = [
+            map_view.picture_in_words(results, show, k) for k in range(count if is_by_start else 1)
+        ]
         entries.append(entry)
     dots = []
     for color in () if is_map else map_view.diagram_colors(results):

@@ -340,6 +340,7 @@ def test_the_pointer_and_the_chosen_cell_are_told_in_words(idle):
     assert page.tip.visible
     assert "undetermined (random 0)" in page.tip.text
     assert "ω = 7.3 rad/s, P = 700 N" in page.tip.text
+    assert page.tip.text.count("<br>") <= 2  # a box of three lines hides little of the map
     assert page.tip.styles["left"] == "90px"
     idle.event(main, MouseMove, x=1.0, y=700.0, sx=0, sy=30)
     assert not page.tip.visible
@@ -349,6 +350,10 @@ def test_the_pointer_and_the_chosen_cell_are_told_in_words(idle):
     assert words.startswith("ω = 7.3 rad/s, P = 900 N; undetermined (random 0); all starts: ")
     page.press("1 0 2")
     assert page.readout.text.startswith("ω = 7.38 rad/s, P = 900 N")
+    words = "Map over angular frequency of the force, ω, from 7.3 to 7.7 rad/s in 6 cells and "
+    assert page.described.text.startswith(words)
+    assert "undetermined: 100.0% of the cells" in page.described.text
+    assert ".unseen { position: absolute" in page_module.figures.page_file("look.css")
     assert page.map.main.html_attributes["role"] == "img"
     assert "arrow keys" in page.map.main.html_attributes["aria-label"]
     assert 'aria-live="polite"' in page_module.figures.page_file("frame.html")
@@ -519,7 +524,9 @@ def test_the_page_holds_what_the_archive_does(html, small_map):
 
 def test_the_page_has_a_place_for_each_figure_and_asks_for_nothing_from_outside(html, small_map):
     roots = json.loads(re.search(r'"roots":(\{[^}]*\})', html)[1])
-    assert len(roots) == 9  # controls, tip, map, legend, hint, key, words, two phase planes
+    assert (
+        len(roots) == 10
+    )  # controls, tip, map, its words, legend, hint, key, words, two phase planes
     assert all(f'id="{place}"' in html for place in roots.values())
     # it asks for nothing from outside
     assert "Content-Security-Policy" in html

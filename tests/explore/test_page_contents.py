@@ -165,6 +165,45 @@ def test_chaos_has_a_rate_of_impacts_and_no_count(tmp_path):
     assert not any("per nT" in line for line in lines)
 
 
+def test_a_map_and_a_diagram_are_told_in_words():
+    """Where which regimes and numbers are, for readers who do not see the picture."""
+    archive = empty(load_scan(MAP))
+    archive.arrays["label"][...] = "T,1"
+    archive.arrays["label"][2:4, 1] = "chaos"
+    archive.arrays["label"][0, 0, 1] = "T,0"
+    energies = archive.arrays["E1max"]
+    energies[...] = 1.0
+    energies[5, 3, 1] = 4.0
+    shows = {show.name: show for show in map_view.shows_of(archive)}
+    words = map_view.picture_in_words(archive, shows["regimes of a start"], 1)
+    assert words == (
+        "Map over angular frequency of the force, ω, from 7.3 to 7.7 rad/s in 6 cells and "
+        "amplitude of the force, P, from 700 to 900 N in 4 cells. "
+        "Shown: regimes of a start, random 1. "
+        "T,1: 87.5% of the cells, at ω = 7.3 to 7.7 rad/s, P = 700 to 900 N; "
+        "chaos: 8.3% of the cells, at ω = 7.46 to 7.54 rad/s, P = 766.667 N; "
+        "T,0: 4.2% of the cells, at ω = 7.3 rad/s, P = 700 N."
+    )
+    words = map_view.picture_in_words(archive, shows["E1max"], 1)
+    assert "largest: 4 J at ω = 7.7 rad/s, P = 900 N." in words
+    assert "No value is known." in map_view.picture_in_words(archive, shows["lyapunov"], 0)
+    # the box at the pointer names the shown number, or else the first one
+    archive.arrays["periodicity"][...] = 1
+    for name, line in (("E1max", "max: 4 J"), ("regimes", "max: 4 J"), ("periodicity", "n: 1")):
+        head, place, number = map_view.tip_in_words(archive, (5, 3), 1, shows[name])
+        assert (head, place) == ("T,1 (random 1)", "ω = 7.7 rad/s, P = 900 N")
+        assert line in number
+    archive = empty(load_scan(DIAGRAM))
+    archive.arrays["label"][:5] = "T,1"
+    archive.arrays["label"][5:] = "chaos"
+    archive.arrays["section"][...] = 0.25
+    (show, *_) = map_view.shows_of(archive)
+    words = map_view.picture_in_words(archive, show, 0)
+    assert "Least: 0.25 m at ω = 7.3 rad/s; largest: 0.25 m at ω = 7.3 rad/s. " in words
+    along = "Regimes along the axis: ω = 7.3 to 7.5 rad/s: T,1; ω = 7.55 to 7.7 rad/s: chaos."
+    assert words.endswith(along)
+
+
 @pytest.mark.kernels
 def test_the_section_is_that_of_simulate_with_multipliers_in_the_unit_circle(orbit):
     expected = nv.simulate(nv.load_system("ssul-set6", omega=7.1), 30, transient=60).section

@@ -7,6 +7,7 @@ const state = (at, p, c) => codes[(at * points + p) * parts + c] === 65535 ? NaN
 function paint() {
   const one = shows.find((s) => s.name === show.value), key = one.each ? `${one.name}:${now()}` : one.name
   legend.text = one.legends[one.each ? now() : 0]
+  described.text = safe(one.described[one.described.length > 1 ? now() : 0])
   if (dots.length) dots.forEach((source, k) => {
     const x = [], y = [], c = one.component, values = columns.data[one.name]
     for (let i = 0; i < first.length; i++) for (let p = 0; p < (c < 0 ? 1 : points); p++) {
@@ -20,14 +21,24 @@ function paint() {
   if (!dots.length) hatch.data = one.hatch[one.each ? now() : 0]
   for (const [name, lines] of Object.entries(branches)) for (const line of lines) line.visible = name === "" || name === one.name
 }
+function number(row, at) { // in words; undefined if there is none
+  const [name, title, unit, width] = row, v = columns.data[name]?.[at], half = columns.data[width]?.[at]
+  if (Number.isFinite(v)) return `${title}: ${text(v)}${half > 0 ? " ± " + text(half, 2) : ""} ${unit === "1" ? "" : unit}`
+}
+const place = (i, j) => places[0][i] + (places[1] ? ", " + places[1][j] : "")
+function head(at) {
+  const label = columns.data.label ? labels[columns.data.label[at]] : ""
+  return `<b>${safe(label)}${many ? ` (${safe(names[now()])})` : ""}</b><br>`
+}
+function tip_of(i, j) { // label, place and one number: the shown one, or else the first
+  const at = lane(i, j), shown = numbers.find(([name]) => name === show.value), all = shown ? [shown] : numbers
+  const one = all.map((row) => number(row, at)).find((words) => words)
+  return head(at) + [place(i, j), ...(one ? [one] : [])].map(safe).join("<br>")
+}
 function words(i, j) {
-  const at = lane(i, j), label = columns.data.label ? labels[columns.data.label[at]] : "", lines_of_cell = [places[0][i] + (places[1] ? ", " + places[1][j] : "")]
-  for (const [name, title, unit, width] of numbers) {
-    const v = columns.data[name]?.[at], half = columns.data[width]?.[at]
-    if (Number.isFinite(v)) lines_of_cell.push(`${title}: ${text(v)}${half > 0 ? " ± " + text(half, 2) : ""} ${unit === "1" ? "" : unit}`)
-  }
-  if (many && label) lines_of_cell.splice(1, 0, "all starts: " + names.map((_, k) => labels[columns.data.label[at - now() + k]]).join(", "))
-  return `<b>${safe(label)}${many ? ` (${safe(names[now()])})` : ""}</b><br>` + lines_of_cell.map(safe).join("<br>")
+  const at = lane(i, j), lines = [place(i, j), ...numbers.map((row) => number(row, at)).filter((words) => words)]
+  if (many && columns.data.label) lines.splice(1, 0, "all starts: " + names.map((_, k) => labels[columns.data.label[at - now() + k]]).join(", "))
+  return head(at) + lines.map(safe).join("<br>")
 }
 function choose(i, j) {
   Object.assign(chosen, {i, j})
@@ -47,7 +58,7 @@ function hover(event) {
   const cell = pointed(event.x, event.y)
   const side = event.sx > event.origin.inner_width / 2 ? ["tip", "left"] : ["tip"]
   const top = event.sy + 16 - (event.origin === homes.at(-1) ? 0 : event.origin.height)
-  if (cell) tip.setv({text: words(...cell), css_classes: side, styles: {left: `${event.sx}px`, top: `${top}px`}})
+  if (cell) tip.setv({text: tip_of(...cell), css_classes: side, styles: {left: `${event.sx}px`, top: `${top}px`}})
   tip.visible = !!cell
 }
 const chosen = {i: first.length >> 1, j: second.length >> 1}

@@ -1,11 +1,13 @@
 """Scans, their results and their archives, as many tests need them."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import BlockStore
+from nlds_vines.scans.block import Block
 
 
 def scan_of(system, want, vary=None, start="rest", title="a test", changes=None, **sampling):
@@ -51,15 +53,17 @@ def stored(scan, arrays):
 
 def written(path, scan, blocks, results, **how):
     """Do a run of a scan whose blocks have these results; return the path of its archive."""
-    from nlds_vines.bifurcation.run import expected_of, writer_of  # which loads the kernels
+    from nlds_vines.bifurcation.run import plan_of  # which loads the kernels
+    from nlds_vines.scans.run import writer_of
 
+    plan = replace(plan_of(scan), blocks=blocks)
     store = BlockStore(path, scan)
 
     def work():
         for block in blocks:
-            if store.load(block.index, expected_of(scan, block)) is None:
+            if store.load(block.index, block.expected(scan.table)) is None:
                 store.save(block.index, stored(scan, results(block)))
-        return writer_of(scan, store, blocks)
+        return writer_of(plan, store)
 
     store.carry_out(RunOptions(**how), work)
     return path

@@ -29,7 +29,6 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import squareform
 
 from nlds_vines.archives.dataset import Dataset, Scale
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan, state_scales
 from nlds_vines.bifurcation.result import own_states
 from nlds_vines.engine.batch import Wanted, on_threads, parts_of, records_of
@@ -39,6 +38,7 @@ from nlds_vines.kernels.cells import cycles as kernels
 from nlds_vines.model.labels import PERIODIC, finals
 from nlds_vines.model.quantities import BY_NAME, recorded
 from nlds_vines.runs.progress import Tell
+from nlds_vines.scans.block import Block
 
 NOT_PERIODIC = ("chaos", "quasiperiodic")  # final regimes of attractors without a closed orbit
 

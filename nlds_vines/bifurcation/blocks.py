@@ -1,14 +1,8 @@
-"""The blocks of a scan, rectangles of cells that are computed as one; whether there is room.
-
-The blocks depend on the scan alone, not on the machine.  So a run can be resumed on another
-machine, and many machines can share one scan without communication.
-"""
+"""The blocks of a scan, and whether there is room for them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from glob import escape
-from itertools import pairwise, product
 from math import ceil, prod
 from pathlib import Path
 from typing import Any
@@ -19,7 +13,8 @@ from nlds_vines.engine.records import JUDGED, noted, touches_noted
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.runs import progress
-from nlds_vines.runs.executors import Shard, free_disk, free_memory
+from nlds_vines.runs.executors import free_disk, free_memory
+from nlds_vines.scans.block import Block, Slices, rectangles, sides_of_blocks
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
 MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
@@ -27,53 +22,15 @@ BLOCK_BYTES = 1 << 27  # of a block while it is computed: small beside the memor
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
 
 
-@dataclass(frozen=True)
-class Block:
-    """A rectangle of cells, computed and stored as one."""
-
-    index: int
-    # the first cell, and the cell after the last one, along the case of a curve and each axis
-    slices: tuple[tuple[int, int], ...]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(stop - first for first, stop in self.slices)
-
-    @property
-    def cells(self) -> int:
-        return prod(self.shape)
-
-    @property
-    def selection(self) -> tuple[slice, ...]:
-        return tuple(slice(first, stop) for first, stop in self.slices)
-
-
-def blocks_of(request: Any, shard: Shard | None = None) -> list[Block]:
-    """Return the blocks of a `Scan`, of one shard of it, or of a `CurveRequest` case by case."""
-    blocks: list[Block] = []
+def blocks_of(request: Any) -> list[Block]:
+    """Return the blocks of a `Scan`, or of a `CurveRequest` case by case."""
+    rectangles_of_cells: list[Slices] = []
     for case, scan in enumerate(request.scans):
-        sides = [] if scan is request else [[(case, case + 1)]]
-        for length, size in zip(scan.shape, _block_sides(scan)[-len(scan.shape) :], strict=True):
-            pieces = ceil(length / size)  # as equal as possible
-            edges = [length * i // pieces for i in range(pieces + 1)]
-            sides.append(list(pairwise(edges)))
-        first = len(blocks)
-        for i, slices in enumerate(product(*sides)):
-            blocks.append(Block(first + i, slices))
-    return blocks if shard is None else blocks[shard.blocks]
-
-
-def counted(number: int, what: str) -> str:
-    return f"{number} {what}" + "s" * (number != 1)
-
-
-def share_in_words(scan: Scan, shard: Shard) -> str:
-    """Return a line on the blocks of a shard, which may be none."""
-    all_blocks, count = len(blocks_of(scan)), len(blocks_of(scan, shard))
-    of_all = f"{count} of {counted(all_blocks, 'block')}"
-    if count:
-        return f"shard {shard}: {of_all}"
-    return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"
+        sides = _block_sides(scan)
+        for slices in rectangles(scan.shape, sides):
+            of_case = () if scan is request else ((case, case + 1),)
+            rectangles_of_cells.append((*of_case, *slices))
+    return [Block(index, slices) for index, slices in enumerate(rectangles_of_cells)]
 
 
 def lane_bytes(scan: Scan) -> int:
@@ -99,25 +56,17 @@ def work_bytes(scan: Scan) -> int:
 
 
 def _largest(scan: Scan) -> int:
-    return min(prod(scan.shape), prod(_block_sides(scan)))
+    return prod(_block_sides(scan))
 
 
-def _block_sides(scan: Scan) -> tuple[int, int]:
-    """Return the most cells of a block along the first of two axes, and along the last one.
-
-    They are those of about `BLOCK_PERIODS`, within `BLOCK_BYTES`.
-    """
+def _block_sides(scan: Scan) -> list[int]:
+    """Return the largest sides of a block: about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
     per_cell = scan.starts * (scan.transient + scan.periods)
     per_cell *= scan.system.scene.cost
     by_time = max(BLOCK_PERIODS // per_cell, ceil(prod(scan.shape) / MOST_BLOCKS))
     by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
-    cells = max(1, min(by_time, by_size))
-    last = scan.shape[-1]
-    columns = last if scan.start.sweeps else min(last, cells)
-    rows = 1
-    if columns == last:
-        rows = max(1, cells // last)
-    return rows, columns
+    most = min(by_time, by_size)
+    return sides_of_blocks(scan.shape, most, keeps_last=bool(scan.start.sweeps))
 
 
 _BLOCKS = 2  # in memory

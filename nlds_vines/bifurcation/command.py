@@ -14,7 +14,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation import blocks
@@ -33,9 +33,8 @@ from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
 from nlds_vines.runs.run_options import RunOptions
-
-if TYPE_CHECKING:
-    from nlds_vines.bifurcation.run import Report
+from nlds_vines.scans.block import counted, share_in_words
+from nlds_vines.scans.run_report import Report
 
 _MOST_PAIRS = 6  # of a label and that of the spectrum, in a line
 _EXAMPLES = """\
@@ -201,7 +200,8 @@ class Job(commands.Job):
         scan = self.request
         grid = " x ".join(str(n) for n in scan.shape)
         each = scan.transient + scan.periods
-        share = [] if self.how.shard is None else [blocks.share_in_words(scan, self.how.shard)]
+        every = blocks.blocks_of(scan)
+        share = [] if self.how.shard is None else [share_in_words(every, self.how.shard)]
         ranges = [f"axis:     {axis.heading()}" for axis in scan.axes]
         if scan.sampled is not None:
             ranges = [f"sampled:  {line}" for line in scan.sampled.ranges()]
@@ -209,11 +209,11 @@ class Job(commands.Job):
             scan.title,
             f"system:   {scan.system.parameters_in_words(scan.varied)}",
             *ranges,
-            f"orbits:   {scan.lanes} ({grid} cells, {blocks.counted(scan.starts, 'start')} each)",
+            f"orbits:   {scan.lanes} ({grid} cells, {counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(scan.table.bytes(text=16))} before compression",
             f"memory:   {size(blocks.work_bytes(scan))} of results at a time, "
-            f"{blocks.counted(len(blocks.blocks_of(scan)), 'block')}",
+            f"{counted(len(every), 'block')}",
             *share,
         ]
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from nlds_vines.archives import archive
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.result import CellStart, recorded_start, system_at, values_at
 from nlds_vines.engine.records import NOT_COMPUTED
@@ -30,6 +29,7 @@ from nlds_vines.model.quantities import (
 from nlds_vines.model.ratios import frequency_in, frequency_unit, meant_by
 from nlds_vines.model.signals import Motion, displaced
 from nlds_vines.model.system import System
+from nlds_vines.scans.block import Block
 
 MOST_SECTION = 2**24  # numbers of sections in memory (128 MB); each of a larger map is shortened
 MOST_LANES = 4_000_000  # the most orbits of a map on a page: their results take some gigabytes

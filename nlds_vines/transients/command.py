@@ -10,7 +10,7 @@ import argparse
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nlds_vines.bifurcation import command as bifurcation
 from nlds_vines.bifurcation.request import Scan, load_scan
@@ -22,10 +22,8 @@ from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.setting import Form, settings_of
 from nlds_vines.model.system import System
 from nlds_vines.runs.run_options import RunOptions
+from nlds_vines.scans.run_report import Report
 from nlds_vines.transients.ensemble import DELAY, Ensemble, ensemble_of
-
-if TYPE_CHECKING:
-    from nlds_vines.bifurcation.run import Report
 
 _NAME = "transients"
 _SYSTEM = "ssul-set6"

@@ -9,7 +9,6 @@ import pytest
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, in_legend, quantities, usual_show
 from nlds_vines.bifurcation.request import load_scan
-from nlds_vines.bifurcation.run import Report
 from nlds_vines.engine.batch import agreement
 from nlds_vines.engine.records import NOT_COMPUTED, STATUS, WANTS
 from nlds_vines.engine.solver_settings import EFFORTS, most_watched
@@ -24,6 +23,7 @@ from nlds_vines.model.labels import (
     most_frequent,
     share_of,
 )
+from nlds_vines.scans.run_report import Report
 from scans import scan_of, unfilled
 
 

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from nlds_vines.bifurcation import cluster
+from nlds_vines.scans import cluster
 
 psutil = pytest.importorskip("psutil")  # distributed brings it
 pytestmark = pytest.mark.skipif(

@@ -10,7 +10,7 @@ from support import as_host
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.files import toml_text
-from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import group, quantities_in, usual_places
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.run import Computer
@@ -19,6 +19,7 @@ from nlds_vines.kernels.scene.codes import BAD_PARAMETERS, OK
 from nlds_vines.model.axis import Axis
 from nlds_vines.plotting.style import axis_label, setting_label
 from nlds_vines.runs.executors import use_threads
+from nlds_vines.scans.block import Block
 from scans import archived, computed
 
 pytestmark = pytest.mark.kernels

@@ -4,8 +4,8 @@ import h5py
 import numpy as np
 
 from nlds_vines.archives import archive
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.engine.records import WANTS, plain
+from nlds_vines.scans.block import Block
 from scans import scan_of, written
 
 PLAIN = plain(WANTS)

@@ -15,10 +15,10 @@ from made_up import MAP, PLAIN, arrays, content, cut, make_scan, results, write
 
 import nlds_vines as nv
 from nlds_vines.archives import archive, provenance
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.picture.drawing import PICTURE
 from nlds_vines.cli.terminal import say
 from nlds_vines.runs.executors import threads_in_use
+from nlds_vines.scans.block import Block
 from scans import written
 
 

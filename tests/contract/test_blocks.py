@@ -14,13 +14,14 @@ from commands import REPO, printed
 from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.archives import archive
-from nlds_vines.bifurcation.run import writer_of
+from nlds_vines.bifurcation.run import plan_of
 from nlds_vines.model.system import Preset
 from nlds_vines.runs import store as runs_store
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import BlockStore
+from nlds_vines.scans.run import writer_of
 from scans import stored, written
 
 
@@ -471,7 +472,7 @@ def test_blocks_that_vanish_are_said(path, error_of):
     scan, store = make_scan(), BlockStore(path, make_scan())
     for block in cut(scan):
         store.save(block.index, stored(scan, results(scan, block)))
-    write_archive = writer_of(scan, store, cut(scan))
+    write_archive = writer_of(replace(plan_of(scan), blocks=cut(scan)), store)
     store.file(1).unlink()
     line = error_of(store.carry_out, RunOptions(resume=True), lambda: write_archive)
     assert re.search("use resume=True.*block 1 is missing", line)

@@ -24,7 +24,7 @@ ROOT = Path(nlds_vines.__path__[0]).parent
 PROGRAM = """
 import json
 from nlds_vines import kernels
-from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.scans.block import Block
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.kernels.numerics.compiling import told_of_compilations

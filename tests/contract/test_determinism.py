@@ -26,8 +26,6 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation import run as scan_run
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.run import Computer, run
 from nlds_vines.engine import batch
 from nlds_vines.engine.records import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
@@ -36,6 +34,8 @@ from nlds_vines.runs.executors import Shard, threads_in_use
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import BlockStore
+from nlds_vines.scans import run as scan_run
+from nlds_vines.scans.block import Block
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
@@ -354,7 +354,7 @@ def test_workers_need_nothing_of_the_client_s_disk(small, tmp_path):
 def test_a_worker_of_another_version_is_refused_before_it_computes(
     small, here, monkeypatch, error_of
 ):
-    monkeypatch.setattr(scan_run, "_computer", lambda toml: pytest.fail("it computes"))
+    monkeypatch.setattr(scan_run, "_prepared", lambda *_: pytest.fail("it computes"))
     other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
     with monkeypatch.context() as patch:
         patch.setattr("nlds_vines.archives.provenance.makers", lambda: other)
@@ -452,7 +452,7 @@ def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
 
 @dask
 def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, refusal):
-    monkeypatch.setattr("nlds_vines.bifurcation.cluster.CONNECT_SECONDS", 0.2)
+    monkeypatch.setattr("nlds_vines.scans.cluster.CONNECT_SECONDS", 0.2)
     err = refusal("bifurcation", "scan.toml", "--scheduler", "tcp://127.0.0.1:9")
     assert "--scheduler 'tcp://127.0.0.1:9' cannot be reached" in err
 

@@ -162,7 +162,7 @@ def test_kernels_know_numbers_only_and_are_compiled(name):
 def test_each_library_has_its_home():
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.hdf5"}
-    assert who_imports("distributed") == {"bifurcation.cluster"}
+    assert who_imports("distributed") == {"scans.cluster"}
     types = {"engine.one_orbit", "bifurcation.result", "loads.response_spectrum"}
     types |= {"plotting.drawable", "upkeep.plot"}  # only the type of a figure
     importers = who_imports("matplotlib") - types

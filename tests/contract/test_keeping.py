@@ -24,11 +24,13 @@ import nlds_vines as nv
 from nlds_vines.archives import provenance
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation.run import Report, _save, wanted_of
+from nlds_vines.bifurcation.run import wanted_of
 from nlds_vines.engine.batch import Outputs
 from nlds_vines.engine.compilation import Compilation
 from nlds_vines.engine.records import DIVERGED, OK
 from nlds_vines.runs.progress import Progress
+from nlds_vines.scans.run import _save
+from nlds_vines.scans.run_report import Report
 
 REAL = {
     "title": "a real one",
@@ -97,7 +99,7 @@ def test_no_task_counts_compiling_as_pace(command, here, ask, monkeypatch):
     """All kernels take 1e6 s more to compile; no work is noted while they are compiled."""
     late, depth, note = [0.0], [0], Progress.note
     clock, followed = time.perf_counter, Compilation.followed
-    monkeypatch.setattr(cutting, "_block_sides", lambda scan: (1, 5))
+    monkeypatch.setattr(cutting, "_block_sides", lambda scan: [5])
 
     @contextmanager
     def slow(self, parts=None):
@@ -261,7 +263,7 @@ def test_a_wheel_or_sdist_records_its_commit(hook, tmp_path, target, name):
 
 
 def test_a_scan_is_repeated_from_its_archive_and_is_the_same(here, answer, refusal, monkeypatch):
-    monkeypatch.setattr(cutting, "_block_sides", lambda scan: (1, 5))
+    monkeypatch.setattr(cutting, "_block_sides", lambda scan: [5])
     nv.scan(REAL, to="a.h5")
     assert "results are the same" in answer("rerun", "a.h5")
     assert "a-rerun.h5' exists" in refusal("rerun", "a.h5")

@@ -14,9 +14,9 @@ import nlds_vines as nv
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.picture.choices import quantities
-from nlds_vines.bifurcation.run import Report
 from nlds_vines.plotting import chosen_panels
 from nlds_vines.plotting.palette import color_of
+from nlds_vines.scans.run_report import Report
 
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
 DEEP = {

@@ -15,9 +15,9 @@ import orbits_of_all_kinds
 import pytest
 from commands import printed
 
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
+from nlds_vines.scans.block import Block
 
 pytestmark = pytest.mark.kernels
 

@@ -7,6 +7,7 @@ import signal
 import termios
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,13 +15,14 @@ from commands import printed, python, started
 from made_up import content, cut, make_scan, results, write
 
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation.run import writer_of
+from nlds_vines.bifurcation.run import plan_of
 from nlds_vines.cli.terminal import exit_status_of
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.executors import in_pieces
 from nlds_vines.runs.interrupts import Interrupted, Stopped, stop_on_signals, stoppable
 from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import BlockStore, publish
+from nlds_vines.scans.run import writer_of
 from scans import stored
 
 WITHIN = 4.0
@@ -345,13 +347,14 @@ def test_a_signal_before_the_end_of_a_run_is_never_lost(
     path, scan = tmp_path / "scan.h5", make_scan()
     whole = content(write(tmp_path / "whole.h5", scan))
     store = BlockStore(path, scan)
+    plan = replace(plan_of(scan), blocks=cut(scan))
 
     def work():
-        for block in cut(scan):
+        for block in plan.blocks:
             store.save(block.index, stored(scan, results(scan, block)))
         if moment == "last work":
             ask_now(number)
-        write = writer_of(scan, store, cut(scan))
+        write = writer_of(plan, store)
 
         def write_and_ask(target):
             write(target)
@@ -379,7 +382,7 @@ def test_a_signal_before_the_end_of_a_run_is_never_lost(
     if moment in ("last work", "while written"):
         assert "3 blocks are kept in " in str(interrupted.value)
         assert not path.exists()
-        assert store.carry_out(RunOptions(resume=True), lambda: writer_of(scan, store, cut(scan)))
+        assert store.carry_out(RunOptions(resume=True), lambda: writer_of(plan, store))
     else:
         assert str(interrupted.value) == f"interrupted: {path} is complete"
     assert content(path) == whole

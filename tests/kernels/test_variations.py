@@ -10,7 +10,6 @@ from flights import flow_on
 from scipy.linalg import expm
 from support import differences, kernel_state, linear_flow, period_map, references, system_of
 
-from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import load_scan
 from nlds_vines.bifurcation.run import Computer
 from nlds_vines.engine.simulation import simulate
@@ -22,6 +21,7 @@ from nlds_vines.kernels.orbit import variations
 from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalog import load_system
 from nlds_vines.model.labels import FLAGS
+from nlds_vines.scans.block import Block
 
 pytestmark = pytest.mark.kernels
 

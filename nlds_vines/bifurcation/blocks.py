@@ -14,10 +14,9 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.runs import progress
 from nlds_vines.runs.executors import free_disk, free_memory
-from nlds_vines.scans.block import Block, Slices, rectangles, sides_of_blocks
+from nlds_vines.scans.block import MOST_BLOCKS, Block, Slices, rectangles, sides_of_blocks
 
 BLOCK_PERIODS = 200_000  # forcing periods: tenths of a second, which an interruption may lose
-MOST_BLOCKS = 4000  # blocks of a scan: with many more, a folder of as many files becomes slow
 BLOCK_BYTES = 1 << 27  # of a block while it is computed: small beside the memory of any machine
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
 

@@ -24,7 +24,6 @@ from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import add_run_options
-from nlds_vines.engine.records import failures_in_words
 from nlds_vines.engine.starts import STATE
 from nlds_vines.errors import RequestError, choice, from_text
 from nlds_vines.model.axis import samples_of
@@ -33,8 +32,9 @@ from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.progress import size
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.scans.block import counted, share_in_words
+from nlds_vines.scans.block import counted
 from nlds_vines.scans.run_report import Report
+from nlds_vines.scans.scan_job import ScanJob
 
 _MOST_PAIRS = 6  # of a label and that of the spectrum, in a line
 _EXAMPLES = """\
@@ -136,7 +136,7 @@ def scan(
 
 
 @dataclass(frozen=True)
-class Job(commands.Job):
+class Job(ScanJob):
     """A scan and its files; `show` is the content of the picture, None for the default."""
 
     default: ClassVar[str] = "figure8.h5"
@@ -171,10 +171,7 @@ class Job(commands.Job):
         return replace(job, plot=job.archive.with_suffix(".png"))
 
     def check_picture(self) -> None:
-        if self.how.shard is not None:
-            raise RequestError(
-                "a shard draws nothing: --resume --plot without --shard draws the archive"
-            )
+        super().check_picture()
         if not _can_be_drawn(self.request):
             raise RequestError(
                 "a map of want = ['section'] alone cannot be drawn; record energy or regime as well"
@@ -201,7 +198,6 @@ class Job(commands.Job):
         grid = " x ".join(str(n) for n in scan.shape)
         each = scan.transient + scan.periods
         every = blocks.blocks_of(scan)
-        share = [] if self.how.shard is None else [share_in_words(every, self.how.shard)]
         ranges = [f"axis:     {axis.heading()}" for axis in scan.axes]
         if scan.sampled is not None:
             ranges = [f"sampled:  {line}" for line in scan.sampled.ranges()]
@@ -214,11 +210,11 @@ class Job(commands.Job):
             f"results:  {size(scan.table.bytes(text=16))} before compression",
             f"memory:   {size(blocks.work_bytes(scan))} of results at a time, "
             f"{counted(len(every), 'block')}",
-            *share,
+            *self.share(every),
         ]
 
     def lines(self, results: Report) -> list[str]:
-        lines = [results.summary(), *results.remarks()]
+        lines = super().lines(results)
         if self.request.system.scene.walls and results.labels.keys() == {"T,0"}:
             values = self.request.system.parameters_in_words(self.request.varied)
             lines.append(f"no orbit has an impact; {values}")  # they may not be as expected
@@ -234,13 +230,6 @@ class Job(commands.Job):
             line += f": {', '.join(words)}" if words else ""
             lines.append(line + (", ..." if len(counts) > _MOST_PAIRS else ""))
         return lines
-
-    def paths(self) -> list[str]:
-        there = self.how.shard is None or self.archive.exists()
-        return super().paths() if there else ["the last shard to end writes the archive"]
-
-    def failure(self, results: Report) -> str:
-        return failures_in_words(results.failures, results.lanes)
 
 
 def _can_be_drawn(scan: Scan) -> bool:

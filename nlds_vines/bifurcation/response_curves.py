@@ -14,8 +14,9 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -25,11 +26,12 @@ from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import RESPONSE_CURVES, Value
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.bifurcation.blocks import refuse_without_room
+from nlds_vines.bifurcation.blocks import blocks_of, refuse_without_room
 from nlds_vines.bifurcation.request import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request import OF, Scan, load_scan
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SET, VARY, Option
+from nlds_vines.cli.running import add_run_options
 from nlds_vines.engine.records import USUAL, failures_in, failures_in_words
 from nlds_vines.engine.starts import Start
 from nlds_vines.errors import (
@@ -74,6 +76,7 @@ from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.plotting.palette import damper_colors
 from nlds_vines.plotting.style import HUES
 from nlds_vines.runs.run_options import RunOptions
+from nlds_vines.scans.scan_job import ScanJob
 
 LINES = ("solid", "dashed", "dashdot")  # of curves; the damper's energy is dotted
 ALONE = "without damper"
@@ -780,6 +783,8 @@ def response_curves(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    scheduler: str | None = None,
+    executor: Executor | None = None,
     quiet: bool = False,
     **tables: Any,
 ) -> ResponseCurves:
@@ -796,6 +801,8 @@ def response_curves(
         By default one for each processor.
     resume, overwrite : bool
         Continue or replace an existing archive; not both.
+    scheduler, executor : optional
+        Who computes blocks of orbits, as in `scan`.
     quiet : bool
         Hide the progress bar.
     **tables
@@ -820,12 +827,12 @@ def response_curves(
     ['without damper', 'Tuned mass damper']
     """
     request = curves_from(source, tables, "response_curves")
-    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    how = RunOptions(threads, resume, overwrite, None, scheduler, quiet, executor)
     result: ResponseCurves = Job.compute(request, source, to, how)
     return result
 
 
-class Job(commands.Job):
+class Job(ScanJob):
     """A request of response curves and where its results go."""
 
     default: ClassVar[str] = f"{_NAME}.h5"
@@ -834,6 +841,7 @@ class Job(commands.Job):
     request: CurveRequest
 
     def check_picture(self) -> None:
+        super().check_picture()
         refuse_undrawable(self.request.axis, self.request.values)
 
     def refuse(self) -> None:
@@ -841,7 +849,9 @@ class Job(commands.Job):
         for case in self.request.cases:
             refuse_without_room(case.scan, self.archive)
 
-    def failure(self, results: ResponseCurves) -> str:
+    def failure(self, results: Any) -> str:
+        if not isinstance(results, ResponseCurves):
+            return super().failure(results)
         statuses = np.concatenate([curve.numbers["status"].ravel() for curve in results.curves])
         return failures_in_words(failures_in(statuses), self.request.lanes)
 
@@ -853,6 +863,7 @@ class Job(commands.Job):
             *(f"curve:    {name}, {scan.lanes} orbits" for name in request.names),
             *(f"axis:     {axis.heading()}" for axis in scan.axes),
             f"periods:  {scan.transient} + {scan.periods} each, {request.lanes * each} in all",
+            *self.share(blocks_of(request)),
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),
         ]
@@ -883,6 +894,7 @@ main = commands.of_task(
     (Scan, CurveRequest),
     but=("want", "effort", "signals"),
     usual=SAMPLING,
+    add_run=partial(add_run_options, cluster=True),
     description="Response against frequency: dampers and the structure alone.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --start --show --log",

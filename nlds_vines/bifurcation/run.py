@@ -242,13 +242,13 @@ def plan_of(request: Scan | CurveRequest, cached: Cached | None = None) -> Plan:
     scan = request.scans[0]
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     blocks = blocks_of(request)
+    of_archive = request.table, request.scales, request.inputs
     if isinstance(request, CurveRequest):
-        computer = partial(CurveComputer, request, cached=cached)
-        return Plan(request, blocks, scan.starts, computer, _curves_in, watched=watched)
+        curves = partial(CurveComputer, request, cached=cached)
+        return Plan(request, *of_archive, blocks, scan.starts, curves, _curves_in, watched=watched)
+    computer = partial(Computer, request)
     further = partial(_attractors, request)
-    return Plan(
-        request, blocks, scan.starts, partial(Computer, request), _scan_in, further, watched
-    )
+    return Plan(request, *of_archive, blocks, scan.starts, computer, _scan_in, further, watched)
 
 
 def _scan_in(text: str) -> Computer:

@@ -48,6 +48,23 @@ class HostLoads:
         self._task = task
         self._tell = tell
 
+    @property
+    def names(self) -> frozenset[str]:
+        system = self.system
+        names = {"E1max", *responses.OF_ROWS}
+        names |= {f"last_{100 * share:g}" for share in SHARES}
+        if system.dampers:
+            names |= {"stroke_max", "force_max", "impact_count"}
+        if system.masses:
+            names.add("E2max")
+        if system.scene.with_rigid_walls:
+            names.add("impulse_max")
+        if self._task.has_histories:
+            names |= {"E1", "x", "a"}
+            names |= {"stroke"} if system.dampers else set()
+            names |= {"E2"} if system.masses else set()
+        return frozenset(names)
+
     @stoppable
     def run(
         self, grid: Mapping[str, np.ndarray], loads: Sequence[LoadOfOrbit]

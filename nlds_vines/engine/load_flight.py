@@ -161,6 +161,23 @@ class KindLoads:
         self._task = task
         self._tell = tell
 
+    @property
+    def names(self) -> frozenset[str]:
+        scene = self.system.scene
+        names = {f"last_{100 * share:g}" for share in SHARES}
+        names |= {"damping_ratio", "shear_max", "E1max", "energy_in", "balance", "x1_rms"}
+        names |= {f"share_{sink}" for sink in self._sinks}
+        names |= OF_LOADS_BY_NAME.keys() & {entry.name for entry in responses.quantities_of(scene)}
+        if scene.damper:
+            names.add("E2max")
+        if scene.walls:
+            names.add("impact_count")
+        if self._task.has_histories:
+            names |= {"E1", "x1", "work"}
+            names |= {f"dissipated_{sink}" for sink in self._sinks}
+            names |= {"x2", "E2"} if scene.damper else set()
+        return frozenset(names)
+
     @stoppable
     def run(
         self, grid: Mapping[str, np.ndarray], loads: Sequence[LoadOfOrbit]

@@ -32,14 +32,18 @@ class LoadTask(NamedTuple):
 class LoadRunner(Protocol):
     """The kernels for orbits of a system under loads."""
 
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of the quantities, and of the histories if they are recorded."""
+
     def run(
         self, grid: Mapping[str, np.ndarray], loads: Sequence[LoadOfOrbit]
     ) -> dict[str, np.ndarray]:
         """Return the datasets (n, ...) of an orbit under each of n loads by name.
 
-        `grid` (n,) are numbers of the system by name.  There are those of the quantities `OF_LOADS`
-        and of the histories that the system has, with a column for each displacement of the task or
-        for each damper; `status` and the `violations` of a limit; and, with histories, the impacts
-        as `touches` (impacts, columns), if kernels record them.  An orbit that failed has the fill
-        values of its quantities.
+        `grid` (n,) are numbers of the system by name.  There are the quantities and histories of
+        `names`, with a column for each displacement of the task or for each damper; `status` and
+        the `violations` of a limit; and, with histories, the impacts as `touches` (impacts,
+        columns), if kernels record them.  An orbit that failed has the fill values of its
+        quantities.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,6 +14,7 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, VARY, Option, assignments
 from nlds_vines.cli.running import add_run_options
 from nlds_vines.errors import RequestError, at, from_text, table, unknown
+from nlds_vines.loads.datasets import blocks_of
 from nlds_vines.loads.request import (
     Beside,
     HistoryRequest,
@@ -24,6 +26,8 @@ from nlds_vines.model.axis import samples_of
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.runs.run_options import RunOptions
+from nlds_vines.scans.run_report import Report
+from nlds_vines.scans.scan_job import ScanJob
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import LoadScan, ResponseHistories
@@ -59,8 +63,11 @@ def response_history(
     impulse: float | None = None,
     duration: float | None = None,
     to: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    scheduler: str | None = None,
+    executor: Executor | None = None,
     quiet: bool = False,
     **tables: Any,
 ) -> ResponseHistories | LoadScan:
@@ -77,8 +84,12 @@ def response_history(
         Length of the histories [s], 60 by default.
     to : path-like, optional
         Archive to write (.h5).
+    threads : int, optional
+        By default one for each processor.
     resume, overwrite : bool, optional
         Continue or replace an archive that exists.
+    scheduler, executor : optional
+        Who computes blocks of orbits, as in `scan`.
     quiet : bool, optional
         Show no progress.
     **tables
@@ -130,18 +141,20 @@ def response_history(
         if number is not None:
             above[key] = {**table(key, above.get(key, {})), name: number}
     request = load_response_history(source, above, _NAME)
-    how = RunOptions(None, resume, overwrite, quiet=quiet)
+    how = RunOptions(threads, resume, overwrite, None, scheduler, quiet, executor)
     result: ResponseHistories | LoadScan = Job.compute(request, source, to, how)
     return result
 
 
-class Job(commands.Job):
+class Job(ScanJob):
     default: ClassVar[str] = f"{_NAME}.h5"
     is_named_after_source: ClassVar[bool] = True
 
     request: HistoryRequest
 
-    def failure(self, results: ResponseHistories) -> str:
+    def failure(self, results: Any) -> str:
+        if isinstance(results, Report):
+            return super().failure(results)
         return f"{results.failed} of {self.request.cases} orbits failed" if results.failed else ""
 
     def plan(self) -> list[str]:
@@ -157,6 +170,7 @@ class Job(commands.Job):
             *varied,
             f"followed: {request.duration:g} s, {request.times.size - 1} states each; "
             f"{request.cases} orbits",
+            *self.share(blocks_of(request)),
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),
         ]
@@ -216,7 +230,7 @@ main = commands.of_task(
     ("HISTORY.toml", SOURCE),
     (SYSTEMS, SET, VARY, SAMPLES, LOAD),
     (Loading, HistoryRequest, Beside),
-    add_run=partial(add_run_options, threads=False),
+    add_run=partial(add_run_options, cluster=True),
     description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     common="--output --plot --system --set --vary --load --impulse --duration",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from contextlib import suppress
 
 import numpy as np
 
-from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.engine.records import STATUS_FLAGS
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.scene.codes import NOT_COMPUTED
@@ -21,7 +23,9 @@ from nlds_vines.model.quantities import (
 )
 from nlds_vines.model.system import System
 from nlds_vines.runs.store import Arrays
+from nlds_vines.scans.block import MOST_BLOCKS, Block, rectangles, sides_of_blocks
 
+BLOCK = 256  # orbits of a block: tenths of a second, which an interruption may lose
 SENSITIVE = "sensitive"  # the dataset that says whether round-off changes the number of impacts
 
 
@@ -131,58 +135,83 @@ def with_drift_ratios(request: HistoryRequest, arrays: Arrays) -> Arrays:
     return {**arrays, "drift_ratio": ratios, "drift_ratio_max": largest}
 
 
-def contents(
-    request: HistoryRequest, arrays: Arrays
-) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
-    """Return the dimensions of an archive, and its datasets with the values in `arrays`.
+def table_of(request: HistoryRequest, names: Collection[str]) -> Table:
+    """Return the datasets of a request whose systems have quantities and histories of these names.
 
-    A dataset that no system of the request has is not among the arrays.
+    They are known before anything is computed.
     """
+    owners = {dim: each for dim, each in owners_of(request).items() if each}
+    dims = ("system", *request.dims)
+    if request.heights and "x_max" in names:
+        names = {*names, *DRIFT_RATIOS}
+    datasets: list[Dataset] = []
+
+    def add(entry: Quantity, *tail: str) -> None:
+        own = tuple(dim for dim in entry.dims if dim in owners)
+        every = (*dims, *own, *tail)
+        about = entry.dtype, entry.unit, entry.words, entry.fill
+        datasets.append(Dataset(entry.name, every, *about))
+
+    for entry in OF_LOADS:
+        if entry.name in names:
+            add(entry)
+    for entry in HISTORIES.values():
+        if entry.name in names:
+            add(entry, "time")
+    if not request.vary:
+        words = "1 if loads larger by 1e-12 of themselves give other numbers of impacts; -1: none"
+        datasets.append(Dataset(SENSITIVE, dims, "int8", "1", words, -1))
+    words = "how an orbit ended"
+    datasets.append(Dataset("status", dims, "int8", "1", words, NOT_COMPUTED, STATUS_FLAGS))
+    lengths = {scale.name: scale.values.size for scale in scales_of(request)}
+    return Table.of(datasets, lengths)
+
+
+def blocks_of(request: HistoryRequest) -> list[Block]:
+    """Return the blocks, each of one system: all of it with histories, else so many orbits."""
+    shape = (len(request.systems), *request.shape)
+    most = max(BLOCK, math.ceil(math.prod(shape) / MOST_BLOCKS))
+    sides = [1, *sides_of_blocks(request.shape, most)]
+    return [Block(index, slices) for index, slices in enumerate(rectangles(shape, sides))]
+
+
+def scales_of(request: HistoryRequest) -> list[Scale]:
+    """Return the dimensions of an archive with their values."""
     names = np.array([system.name for system in request.systems], dtype=object)
     scales = [Scale("system", names, "1", "system"), Scale("time", request.times, "s", "time")]
     if request.load.suite:
         records = np.array(request.load.names, dtype=object)
         scales.append(Scale(LOAD, records, "1", "record of the suite"))
     if request.sampled is None:
-        scales += [
-            Scale(one.name, one.values, *axis_words(request, one.name)) for one in request.vary
-        ]
+        for axis in request.vary:
+            scales.append(Scale(axis.name, axis.values, *axis_words(request, axis.name)))
     else:
         scales.append(sample_scale(request.sampled.count))
-    owners = {dim: names for dim, names in owners_of(request).items() if names}
-    for dim, each in owners.items():
-        scales.append(Scale(dim, np.array(each, dtype=object), "1", dim))
-    dims = ("system", *request.dims)
-    shape = (len(request.systems), *request.shape)
-    datasets = []
+    for dim, each in owners_of(request).items():
+        if each:
+            scales.append(Scale(dim, np.array(each, dtype=object), "1", dim))
+    return scales
 
-    def add(entry: Quantity, *tail: str) -> None:
-        own = tuple(dim for dim in entry.dims if dim in owners)
-        named = Dataset(
-            entry.name, (*dims, *own, *tail), entry.dtype, entry.unit, entry.words, entry.fill
-        )
-        values = arrays[entry.name]
-        datasets.append((named, values.reshape(*shape, *values.shape[1:])))
 
-    for entry in OF_LOADS:
-        if entry.name in arrays:
-            add(entry)
-    for entry in HISTORIES.values():
-        if entry.name in arrays:
-            add(entry, "time")
-    if (touches := arrays.get("touches")) is not None and len(touches):
-        scales.append(Scale.counted("contact", len(touches), "impact, of all systems", 1))
-        columns = {"system": ("1", "number of the system, from 0"), **TOUCH_COLUMNS}
-        datasets += [
-            (Dataset.real(f"impact_{name}", ("contact",), *column), values)
-            for (name, column), values in zip(columns.items(), touches.T, strict=True)
-        ]
-    if SENSITIVE in arrays:
-        words = "1 if loads larger by 1e-12 of themselves give other numbers of impacts; -1: none"
-        sensitive = Dataset(SENSITIVE, dims, "int8", "1", words, -1)
-        datasets.append((sensitive, arrays[SENSITIVE].reshape(shape)))
-    status = Dataset("status", dims, "int8", "1", "how an orbit ended", NOT_COMPUTED, STATUS_FLAGS)
-    datasets.append((status, arrays["status"].reshape(shape)))
-    for name, values in request.columns.items() if request.sampled else ():
-        datasets.append((Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values))
-    return scales, datasets
+def samples_in(request: HistoryRequest) -> list[tuple[Dataset, np.ndarray]]:
+    """Return the columns of a table of samples as datasets; none without such a table."""
+    columns = request.columns if request.sampled else {}
+    return [
+        (Dataset.real(name, (SAMPLE,), *axis_words(request, name)), values)
+        for name, values in columns.items()
+    ]
+
+
+def impacts_in(touches: np.ndarray) -> tuple[list[Scale], list[tuple[Dataset, np.ndarray]]]:
+    """Return the dimension and the datasets of impacts (impacts, columns) of all systems.
+
+    The first column is the number of the system, the others are `TOUCH_COLUMNS`.
+    """
+    if not len(touches):
+        return [], []
+    columns = {"system": ("1", "number of the system, from 0"), **TOUCH_COLUMNS}
+    datasets = [
+        (Dataset.real(f"impact_{name}", ("contact",), *about), values)
+        for (name, about), values in zip(columns.items(), touches.T, strict=True)
+    ]
+    return [Scale.counted("contact", len(touches), "impact, of all systems", 1)], datasets

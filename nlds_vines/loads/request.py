@@ -429,7 +429,8 @@ class HistoryRequest(Request):
     @property
     def about(self) -> dict[str, Value]:
         """Further attributes of its archive."""
-        return {"load": self.load.words(), "duration": self.duration}
+        about = {"content": self.content, "load": self.load.words()}
+        return {**about, "duration": self.duration}
 
     def document(self) -> dict[str, Any]:
         """Return the complete request file as nested tables."""

@@ -15,6 +15,8 @@ from nlds_vines.archives.dataset import Table
 from nlds_vines.runs.executors import Shard
 from nlds_vines.runs.store import Expected
 
+MOST_BLOCKS = 4000  # of a request: with many more, a folder of as many files becomes slow
+
 Slices = tuple[tuple[int, int], ...]
 
 

@@ -45,6 +45,9 @@ class Computes(Protocol):
         """Return the arrays of a block: its part of each dataset of the table, and others."""
 
 
+Column = tuple[Dataset, np.ndarray]
+"""A dataset with its values."""
+
 Blocks = Callable[[], Iterable[tuple[Block, Arrays]]]
 """Loads all blocks with their arrays, one after the other, each time that it is called."""
 
@@ -59,7 +62,7 @@ class Further:
         parts: datasets of the table with values for all cells, which no block has.
     """
 
-    columns: Sequence[tuple[Dataset, np.ndarray]] = ()
+    columns: Sequence[Column] = ()
     scales: Sequence[Scale] = ()
     parts: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -73,7 +76,10 @@ class Plan:
     """What a run computes, and how.
 
     Attributes:
-        request: what is asked, with its `table`, `scales()`, `inputs()` and `about`.
+        request: what is asked, with its `about`.
+        table: the datasets of its archive that blocks have.
+        scales: returns the dimensions of its archive.
+        inputs: returns datasets of what is asked, with their values.
         blocks: all of them, in the order of their numbers.
         starts: orbits in each cell.
         computer: makes what computes blocks here, which tells what it waits for.
@@ -83,6 +89,9 @@ class Plan:
     """
 
     request: Any
+    table: Table
+    scales: Callable[[], Iterable[Scale]]
+    inputs: Callable[[], Iterable[Column]]
     blocks: Sequence[Block]
     starts: int
     computer: Callable[[Tell | None], Computes]
@@ -93,8 +102,7 @@ class Plan:
     @property
     def block_bytes(self) -> int:
         """The bytes of the results of a block, 16 for a string, if all are as large."""
-        table: Table = self.request.table
-        return table.bytes(text=16) // max(1, len(self.blocks))
+        return self.table.bytes(text=16) // max(1, len(self.blocks))
 
 
 def run_in_blocks(plan: Plan, output: Path, how: RunOptions) -> Report:
@@ -117,7 +125,7 @@ def run_in_blocks(plan: Plan, output: Path, how: RunOptions) -> Report:
     def work() -> Write | None:
         left: list[Block] = []
         for block in selected:
-            arrays = store.load(block.index, block.expected(plan.request.table))
+            arrays = store.load(block.index, block.expected(plan.table))
             if arrays is None:
                 left.append(block)
             else:
@@ -216,8 +224,7 @@ def _prepared(on_worker: Callable[[str], Computes], text: str) -> Computes:
 
 def writer_of(plan: Plan, store: BlockStore) -> Write:
     """Return a function that writes the archive, with one block in memory at a time."""
-    request = plan.request
-    table: Table = request.table
+    request, table = plan.request, plan.table
 
     def saved() -> Iterator[tuple[Block, dict[str, np.ndarray]]]:
         for block in plan.blocks:
@@ -228,8 +235,8 @@ def writer_of(plan: Plan, store: BlockStore) -> Write:
             yield block, arrays
 
     further = plan.further(saved)
-    columns = [*request.inputs(), *further.columns]
-    scales = {scale.name: scale for scale in (*request.scales(), *further.scales)}
+    columns = [*plan.inputs(), *further.columns]
+    scales = {scale.name: scale for scale in (*plan.scales(), *further.scales)}
     whole = table
     if columns:
         datasets = [*table.datasets.values(), *(entry for entry, _ in columns)]

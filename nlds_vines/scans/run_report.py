@@ -32,6 +32,11 @@ class Report:
     violated: int = 0  # orbits that pass the limit of their scene
     depths: tuple[float, float] = (math.inf, 0.0)  # the least and the largest by which they do [m]
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether the archive is there: no other shard has to compute anything."""
+        return not self.missing
+
     def note(self, arrays: Mapping[str, np.ndarray] | ArchiveView) -> None:
         status = arrays["status"]
         self.lanes += status.size

@@ -24,6 +24,7 @@ from nlds_vines.errors import MOST_CHARACTERS
 from nlds_vines.model.look import USUAL_LOOK
 from nlds_vines.model.system import System
 from nlds_vines.runs.executors import Shard, most_threads
+from nlds_vines.scans.run_report import Report
 from paper.request import load_figure
 
 USUAL = {
@@ -40,10 +41,10 @@ def calls(here, monkeypatch):
     def run(scan, output, how):
         asked.runs.append((scan, output, vars(how)))
         failures = Counter({DIVERGED: asked.failed} if asked.failed else {})
-        return SimpleNamespace(
-            lanes=scan.lanes, labels={"T,0": 1, "chaos": 1}, failures=failures,
-            summary=lambda: "the summary", remarks=lambda: ["a remark"],
-        )  # fmt: skip
+        labels = Counter({"T,0": 1, "chaos": 1})
+        report = Report(lanes=scan.lanes, failures=failures, labels=labels)
+        report.summary, report.remarks = lambda: "the summary", lambda: ["a remark"]
+        return report
 
     picture = SimpleNamespace(save=lambda *what: asked.plots.append(what))
     monkeypatch.setattr("nlds_vines.bifurcation.run.run", run)

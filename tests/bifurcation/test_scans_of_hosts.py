@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from configurations import USUAL
 from support import as_host
 
 import nlds_vines as nv
@@ -109,29 +108,11 @@ def test_a_cell_is_an_orbit_of_simulate():
     assert arrays["impact_rate"].max() > 2.0
 
 
-def test_one_degree_of_freedom_scans_as_its_kind():
-    system = nv.load_system("ssul-set6")
-    axes = {"omega": [5.5, 6.28, 7.45]}
-    kind = computed(scan_of(axes, USUAL, system=system, transient=1500))
-    scan = scan_of(axes, ("section", "impacts"), system=as_host(system), transient=1500)
-    host = computed(scan)
-    assert "impacts_by_wall" not in host
-    for name in ("periodicity", "impact_count", "impact_rate"):
-        np.testing.assert_array_equal(host[name], kind[name])
-    assert kind["impact_count"].max() > 0
-    settled = (kind["periodicity"] > 0)[..., 0]
-    difference = np.abs(host["section"] - kind["section"])[settled]
-    difference[..., 2] = np.abs(difference[..., 2] - system.rest)
-    assert settled.sum() > 1
-    assert difference.max() < 1e-7
-
-
-@pytest.mark.parametrize("phase", [0.0, 2.0])
-def test_initial_conditions_and_the_phase_are_those_of_a_kind(phase, tmp_path):
+def test_initial_conditions_and_the_phase_are_those_of_a_kind(tmp_path):
     system = nv.load_system("ssul-set6", omega=6.28)
     places = np.array([-0.2, 0.01, 0.05])  # from the rest of the mass; the first is in the wall
     axes = {"x2_0": system.rest + places, "v2_0": [-1.0, 2.0]}
-    start, span = Start("state", state=(0.01, 0.2, 0.0, 0.0), phase=phase), {"transient": 0}
+    start, span = Start("state", state=(0.01, 0.2, 0.0, 0.0), phase=2.0), {"transient": 0}
     kind = scan_of(axes, ("section",), start, system, **span)
     axes = {"u_0": places, "v_u_0": [-1.0, 2.0]}
     host = scan_of(axes, ("section",), start, as_host(system), **span)
@@ -230,33 +211,6 @@ def test_archives_hold_the_request_and_the_same_bits(tmp_path):
     traced = nv.simulate(view.column.system, 1, start=view.section[-2], samples=16,
                          record=["trajectory"], quiet=True)  # fmt: skip
     np.testing.assert_allclose(view.states[-16:], traced.trajectory, rtol=1e-9, atol=1e-12)
-
-
-def test_a_map_goes_on_after_its_end_in_the_middle(tmp_path, monkeypatch):
-    """On another number of threads, from the blocks that were saved."""
-    axes = {"omega": {"values": [12.5, 12.6, 12.7]}, "a.gap": {"values": [0.008, 0.01]}}
-    how = {"vary": axes, "record": ["section", "impacts", "regime"], "quiet": True}
-    how["sampling"] = {**SPAN, "effort": "quick"}
-    whole = nv.scan(RIGID, to=tmp_path / "whole.h5", threads=2, **how)
-    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
-    block, computed_blocks = Computer.block, []
-
-    def dying(self, which):
-        computed_blocks.append(which.index)
-        if len(computed_blocks) == 3:
-            raise MemoryError
-        return block(self, which)
-
-    monkeypatch.setattr(Computer, "block", dying)
-    with pytest.raises(MemoryError):
-        nv.scan(RIGID, to=tmp_path / "part.h5", threads=1, **how)
-    assert not (tmp_path / "part.h5").exists()
-    part = nv.scan(RIGID, to=tmp_path / "part.h5", threads=1, resume=True, **how)
-    assert sorted(computed_blocks) == [0, 1, 2, 2, 3, 4, 5]
-    with whole.read() as one, part.read() as other:
-        assert one.names == other.names
-        for name in one.names:
-            np.testing.assert_array_equal(one[name], other[name], name)
 
 
 def test_energies_and_responses_are_those_of_simulate(tmp_path, error_of):

@@ -27,7 +27,6 @@ def both_of(system, name, bounds, **options):
     ("law", "name", "bounds", "kinds"),
     [
         ({}, "omega", (7.3, 7.5), ["PD", "PD", "GR"]),
-        ({}, "C", (0.06, 0.08), ["PD", "PD", "GR"]),
         ({"law": "restitution", "e": 0.7}, "omega", (7.3, 7.5), ["PD", "GR", "GR"]),
     ],
 )

@@ -48,17 +48,6 @@ def test_special_points_stand_on_all_sections_of_an_orbit(branches):
     assert len(marks_of(axes, "NS")) == (rows.kind == "NS").sum()
 
 
-def test_a_grazing_is_a_frame_of_another_color_than_doublings(branches):
-    """What coincides with it stays visible inside it."""
-    (axes,) = branches.plot("x2").axes
-    grazing, doubling = marks_of(axes, "GR")[0], marks_of(axes, "PD")[0]
-    assert grazing.get_markerfacecolor() == "none"
-    assert grazing.get_markersize() >= doubling.get_markersize() + 2
-    assert grazing.get_zorder() < doubling.get_zorder()
-    colors = [look["color"] for look in MARKS.values()]
-    assert len(set(colors)) == len(colors)
-
-
 PANELS = {
     "x1": "structure $x_1$ [m]",
     "v2": "velocity of the damper $v_2$ [m/s]",

@@ -170,7 +170,7 @@ def test_what_was_not_recorded_is_unknown_and_nothing_is_damaged(path, error_of)
 
 
 @pytest.mark.parametrize(
-    ("name", "step"), [("section", 7), ("label", 1), ("E1max", 3), ("omega", 3)]
+    ("name", "step"), [("section", 37), ("label", 5), ("E1max", 3), ("omega", 3)]
 )
 def test_each_flipped_byte_of_a_dataset_is_named(path, error_of, name, step):
     write(path, make_scan())
@@ -218,8 +218,10 @@ def test_what_is_printed_fits_any_terminal(monkeypatch):
     assert screen.buffer.getvalue().decode("ascii").count("\n") == 2
 
 
-@pytest.mark.parametrize("end", ["png", "svg", "pdf"])
-@pytest.mark.parametrize("title", ["$\\frac", "a $x^{ b $ c", "100 $ \\$", "減衰 ₁"])
+@pytest.mark.parametrize(
+    ("title", "end"),
+    [("$\\frac", "svg"), ("a $x^{ b $ c", "pdf"), ("100 $ \\$", "png"), ("減衰 ₁", "png")],
+)
 def test_a_title_is_drawn_letter_by_letter(path, title, end):
     scan = nv.load_scan(make_scan(("energy", "regime")).document() | {"title": title})
     write(path, scan)
@@ -239,5 +241,5 @@ def test_a_picture_copes_with_the_largest_numbers(path, value, vary):
         return arrays
 
     written(path, scan, cut(scan), largest)
-    for show in (None,) if vary is None else ("E1max", "lyapunov", "reduction"):
+    for show in (None,) if vary is None else ("E1max", "lyapunov"):
         PICTURE.save(path, path.with_suffix(".png"), show)

@@ -33,7 +33,6 @@ from nlds_vines.runs import executors
 from nlds_vines.runs.executors import Shard, threads_in_use
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.run_options import RunOptions
-from nlds_vines.runs.store import BlockStore
 from nlds_vines.scans import run as scan_run
 from nlds_vines.scans.block import Block
 
@@ -150,25 +149,6 @@ def stopped_after(blocks, scan, path):
         with pytest.raises(Interrupted) as stop:
             run(scan, path)
     return str(stop.value)
-
-
-def test_a_resumed_scan_ends_in_the_same_bits(every, tmp_path, cut):
-    scan, whole = every
-    cut(2, scan.starts)
-    blocks = len(list(cutting.blocks_of(scan)))
-    done = min(3, blocks - 1)
-    path = tmp_path / "stopped.h5"
-    said = stopped_after(done, scan, path)
-    assert "resume=True" in said
-    assert f"{done} of {blocks} blocks" in said
-    assert not path.exists()
-    folder = BlockStore(path, scan).folder
-    files = sorted(folder.glob("*"))
-    assert len(files) == done
-    for block in files[:1]:
-        block.unlink()
-    assert compute(path, scan, resume=True) == whole
-    assert not folder.exists()
 
 
 def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, cut):

@@ -6,6 +6,7 @@ import json
 import shutil
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,11 +23,17 @@ WORDS = {"request", "run", "result", "picture", "command", "__main__", "__init__
 """The words that stand in every wing; any other file name is used once."""
 
 
+@cache
+def imported_by():
+    """Return what each module imports, at any depth."""
+    return {name: imports(path, PACKAGE) for name, path in MODULES.items()}
+
+
 def who_imports(library):
     return {
         name
-        for name, path in MODULES.items()
-        if any(f"{imported}.".startswith(f"{library}.") for imported in imports(path, PACKAGE))
+        for name, names in imported_by().items()
+        if any(f"{imported}.".startswith(f"{library}.") for imported in names)
     }
 
 
@@ -137,29 +144,24 @@ PREPARED = {"kernels.impact.arc", "kernels.hosts.cell_constants"}
 UNCOMPILED = TYPES | COMPILING | CHOOSING | PREPARED
 
 
-@pytest.mark.parametrize("name", KERNELS)
-def test_kernels_know_numbers_only_and_are_compiled(name):
-    imported = imports(MODULES[name], PACKAGE)
-    outside = {full.split(".")[0] for full in imported} - {"nlds_vines", "__future__"}
-    if name not in COMPILING:
-        allowed = {"numba", "numpy", "math", "typing"}
+def test_kernels_import_numbers_only_and_are_compiled():
+    for name in KERNELS:
+        outside = {full.split(".")[0] for full in imported_by()[name]}
+        allowed = {"nlds_vines", "__future__", "numba", "numpy", "math", "typing"}
         if name in TYPES | CHOOSING:
-            allowed |= {"engine.simulation", "collections", "llvmlite", "operator"}
+            allowed |= {"collections", "llvmlite", "operator"}
         if name in PREPARED:
-            allowed |= {"engine.simulation", "collections", "dataclasses"}
-            allowed |= {"functools", "itertools"}
-        assert outside <= allowed
-    if name != "kernels.numerics.stored_code":
-        names = {node.id for node in ast.walk(parsed(MODULES[name])) if isinstance(node, ast.Name)}
-        assert not names & {"open", "print", "input", "exec", "eval"}
-    for node in parsed(MODULES[name]).body if name not in UNCOMPILED else ():
-        if isinstance(node, ast.FunctionDef):
-            used = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
-            assert used & {"jit", "by_wall", "by_flow"}, node.name
+            allowed |= {"collections", "dataclasses", "functools", "itertools"}
+        assert name in COMPILING or outside <= allowed, name
+        for node in parsed(MODULES[name]).body if name not in UNCOMPILED else ():
+            if isinstance(node, ast.FunctionDef):
+                used = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
+                assert used & {"jit", "by_wall", "by_flow"}, node.name
 
 
 @pytest.mark.slow("all imports of the package")
 def test_each_library_has_its_home():
+    assert who_imports("numba") - TYPES == COMPILING
     assert not {*who_imports("benchmarks"), *who_imports("paper"), *who_imports("tests")}
     assert who_imports("h5py") == {"archives.hdf5"}
     assert who_imports("distributed") == {"scans.cluster"}
@@ -175,41 +177,15 @@ def test_each_library_has_its_home():
     assert not importers & {"explore.command", "explore.report"}
 
 
-def test_how_kernels_are_compiled_is_decided_in_one_place():
-    deciding = who_imports("numba.core") | who_imports("numba.extending")
-    assert deciding - TYPES == COMPILING - {"kernels.numerics.stored_code"}
-    assert who_imports("numba") - TYPES == COMPILING
-
-
-@pytest.mark.slow("all imports of the package")
-def test_threads_are_our_own_and_mathematics_not_fast():
-    """A loop that Numba runs in parallel is compiled four times over."""
-    pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
-    assert pools == {
-        "runs.executors", "engine.batch", "engine.load_flight", "engine.host_loads",
-    }  # fmt: skip
-    for path in MODULES.values():
-        assert "prange(" not in path.read_text(encoding="utf-8"), path
-        nodes = list(ast.walk(parsed(path)))
-        words = {node.arg for node in nodes if isinstance(node, ast.keyword)}
-        words |= {str(node.value) for node in nodes if isinstance(node, ast.Constant)}
-        assert "fastmath" not in words, path
-        functions_and_classes = (n for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef))
-        for node in functions_and_classes:
-            for decorator in map(ast.unparse, node.decorator_list):
-                assert not decorator.startswith(("numba.", "njit", "overload")), path
-                assert "parallel" not in decorator, path
-
-
 def test_only_the_standard_library_and_what_is_declared_is_imported():
     declared = {"numba", "numpy", "scipy", "h5py", "matplotlib", "mpl_toolkits", "tqdm"}
     declared |= {"distributed", "cma"}  # of the extras `cluster` and `cma`
     declared |= {"IPython"}  # only asked for where a notebook has loaded it
     declared |= {"bokeh", "tornado", "jinja2"}  # of the extra `explore`, which needs all three
     declared |= {"llvmlite"}  # which numba is built on, in the one version that fits
-    for path in MODULES.values():
-        outside = {full.split(".")[0] for full in imports(path, PACKAGE)} - {"nlds_vines"}
-        assert outside - set(sys.stdlib_module_names) <= declared, path
+    for name, names in imported_by().items():
+        outside = {full.split(".")[0] for full in names} - {"nlds_vines"}
+        assert outside - set(sys.stdlib_module_names) <= declared, name
 
 
 HEAVY = {"numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm", "bokeh", "tornado"}

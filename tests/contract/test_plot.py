@@ -15,7 +15,6 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.picture.choices import quantities
 from nlds_vines.plotting import chosen_panels
-from nlds_vines.plotting.palette import color_of
 from nlds_vines.scans.run_report import Report
 
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
@@ -250,13 +249,6 @@ def test_orbits_beyond_the_limit_are_reported_hatched_and_in_the_legend(tmp_path
     assert len(spans) == 2
     (legend,) = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
     assert "passes the limit" in [text.get_text() for text in legend.get_texts()]
-
-
-def test_a_label_has_one_color_whatever_else_is_in_the_picture():
-    labels = [f"{n}T,{k}" for n in range(1, 6) for k in range(2 * n + 1)]
-    assert len({color_of(label) for label in labels}) == len(labels)
-    assert color_of("transient chaos to T,0") != color_of("T,0")
-    assert color_of("T,1, inadmissible") == color_of("T,1")
 
 
 @pytest.mark.kernels

@@ -397,9 +397,13 @@ def check_page(opened, results, shape):
     assert "undefined" not in seen_text(page)
 
 
-@pytest.mark.parametrize("shape", AXES)
-@pytest.mark.parametrize("want", [[word] for word in WANTS] + [[*USUAL], [*WANTS]], ids="-".join)
-def test_a_report_shows_every_set_of_records(opened, want, shape):
+SHOWN = [("diagram", [word]) for word in WANTS]
+SHOWN += [("map", [word]) for word in ("section", "energy", "regime")]
+SHOWN += [(shape, want) for shape in AXES for want in ([*USUAL], [*WANTS])]
+
+
+@pytest.mark.parametrize(("shape", "want"), SHOWN, ids=lambda part: "-".join(part))
+def test_a_report_shows_every_set_of_records(opened, shape, want):
     check_report(opened, shape, want)
 
 

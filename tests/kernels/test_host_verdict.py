@@ -20,7 +20,7 @@ def judged(name, **changes):
 
 @pytest.mark.parametrize(
     ("omega", "label"),
-    [(6.28, "T,1"), (7.364, "2T,2"), (7.45, "3T,2"), (7.8, "2T,1"), (7.95, "T,0")],
+    [(7.364, "2T,2"), (7.45, "3T,2"), (7.95, "T,0")],
 )
 def test_a_host_of_one_degree_of_freedom_has_the_evidence_of_a_kind(omega, label):
     system = nv.load_system(SET6, omega=omega)
@@ -126,7 +126,8 @@ def test_two_equal_systems_side_by_side_have_each_multiplier_twice():
 def test_two_equal_rigid_systems_side_by_side_have_each_multiplier_twice(omega, e):
     """All their impacts are at one instant each."""
     system = nv.load_system(SET6, omega=omega, law="restitution", e=e)
-    one, both = nv.classify(system, quiet=True), nv.classify(twins(system), quiet=True)
+    one = nv.classify(as_host(system), quiet=True)
+    both = nv.classify(twins(system), quiet=True)
     assert one.kind == both.kind == "periodic"
     assert both.period == one.period
     assert both.impacts_by_wall == {"a+": one.impacts, "b+": one.impacts}

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.kernels
 
 @pytest.mark.parametrize(("name", "changes"), KINDS)
 def test_a_host_of_one_degree_of_freedom_has_the_energies_of_one_damper(name, changes):
-    """Under all laws, with impacts and held walls; without a transient, which is not recorded."""
+    """With impacts and held walls; without a transient, which is not recorded."""
     system, options = nv.load_system(name, **changes), {"tolerance": 1e-12, "quiet": True}
     exact = nv.simulate(system, 3, transient=4, record=RECORD, **options)
     host, options["start"] = as_host(system), rest_of(system)

@@ -16,28 +16,13 @@ pytestmark = pytest.mark.kernels
 
 
 KINDS = [
-    ("ssul-set6", {"omega": 6.28}),
     ("ssul-set6", {"omega": 7.39}),
-    ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6}),
-    ("ssul-set6", {"omega": 6.28, "law": "linear", "kc": 1e6, "cc": 3e3}),
+    ("ssul-set6", {"omega": 1.28, "P": 3000.0}),  # pressed for long
     ("ssul-set6", {"omega": 6.28, "law": "restitution", "e": 0.7}),
     ("ssul-set6", {"omega": 2.28, "law": "restitution", "e": 0.5, "P": 3000.0}),  # held
-    ("ssul-set6", {"omega": 1.28, "law": "restitution", "e": 0.0, "P": 3000.0}),  # held
     ("ssul-set6", {"C": -0.05, "law": "restitution", "e": 0.3}),  # begins held, rebounds, is held
-    ("ssul-set6", {"omega": 1.28, "P": 3000.0}),  # pressed for long
-    ("ssbl", {"omega": 6.28}),
-    ("impact-oscillator", {"P": 12.6, "omega": 0.35, "e": 0.3}),  # many rebounds, held
-    *(
-        pytest.param("ssul-set6", {"omega": 6.28, **law}, marks=pytest.mark.long)
-        for law in (
-            {"hunt_crossley": 20.0},
-            {"law": "power", "K": 3e5, "exponent": 1.25},
-            {"law": "power", "K": 3e5, "exponent": 1.7},
-            {"law": "kelvin-voigt", "kc": 1e6, "cc": 3e3},
-        )
-    ),
 ]
-"""Four smooth laws are long, as each compiles a kind: `test_host_verdict` has their multipliers."""
+"""Of two laws: each other one would compile a kind. SciPy follows hosts with pairs of all laws."""
 
 
 RECORD = ("section", "impacts", "energy", "response")
@@ -66,9 +51,8 @@ def test_a_host_of_one_degree_of_freedom_is_a_system_of_one_damper(name, changes
         assert orbit.impacts[column] == pytest.approx(exact.impacts[column], rel=1e-9, abs=1e-10)
     if system.law != "restitution":
         assert orbit.impacts["force"] == pytest.approx(exact.impacts["force"], rel=1e-9)
-    if system.law != "linear":  # whose release is that of the force there, and of the depth here
-        release = orbit.impacts["release"]
-        assert release == pytest.approx(exact.impacts["release"], abs=1e-10, nan_ok=True)
+    release = orbit.impacts["release"]
+    assert release == pytest.approx(exact.impacts["release"], abs=1e-10, nan_ok=True)
 
 
 def matrices_of(system):

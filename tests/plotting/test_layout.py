@@ -5,7 +5,7 @@ from layout import collisions
 from matplotlib.figure import Figure
 
 import nlds_vines as nv
-from nlds_vines.model.parameters import PARAMETERS, setting_in_words
+from nlds_vines.model.parameters import setting_in_words
 from nlds_vines.model.system import System
 from nlds_vines.plotting.page import (
     LETTER_ROOM,
@@ -18,8 +18,7 @@ from nlds_vines.plotting.page import (
     write_letters,
     write_out_ticks,
 )
-from nlds_vines.plotting.palette import DAMPERS, damper_colors
-from nlds_vines.plotting.style import axis_label, number_text, raised, setting_label, typeset
+from nlds_vines.plotting.style import typeset
 
 TITLE = "SSul NES, Set 6, omega = 6.28 rad/s, P = 800 N, K = 3.25e+07 N/m^1.5: 20 starts"
 
@@ -80,15 +79,6 @@ def test_numbers_along_a_logarithmic_axis_have_room_in_the_final_panel(page, low
         assert all(0.999 * low <= tick <= 1.001 * high for tick in ticks)
 
 
-def test_a_damper_has_one_color_and_no_two_share_it():
-    assert damper_colors(["tmd", "ssul-set6"]) == [DAMPERS["tmd"], DAMPERS["ssul-set6"]]
-    mixed = damper_colors(["mine.toml", "ssul-set6", "tmd", "ssul-set6", "none"])
-    assert mixed[1:3] + mixed[4:] == [DAMPERS[name] for name in ("ssul-set6", "tmd", "none")]
-    assert len({*mixed}) == 5
-    assert len(damper_colors([str(n) for n in range(20)])) == 20
-    assert DAMPERS["none"] not in damper_colors(["vi-nes"])  # gray is the structure alone
-
-
 @pytest.mark.parametrize(
     ("plain", "printed"),
     [
@@ -106,18 +96,6 @@ def test_a_damper_has_one_color_and_no_two_share_it():
 def test_titles_are_printed_with_symbols_powers_and_units(plain, printed):
     assert typeset(plain) == printed
     Figure().text(0, 0, typeset(plain)).figure.draw_without_rendering()
-
-
-def test_settings_and_axes_have_symbols_powers_and_units():
-    assert setting_label("K", 2.5e7) == r"$K=2.5\times10^{7}$ N/m$^{3/2}$"
-    assert setting_label("e", 0.7) == "$e=0.7$"
-    numbers = [number_text(value) for value in (0.0, 1e4, -2e-4)]
-    assert numbers == ["0", "10^{4}", r"-2\times10^{-4}"]
-    assert raised("N/m^1.25") == "N/m$^{1.25}$"
-    labels = " ".join(map(axis_label, PARAMETERS))
-    assert ";" not in labels
-    assert "e+" not in labels
-    assert axis_label("C") == "clearance at rest $C$ [m]"
 
 
 def test_a_system_without_a_title_is_not_called_by_its_kind_or_file():

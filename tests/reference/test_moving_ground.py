@@ -112,33 +112,6 @@ def test_a_branch_is_that_of_the_closed_form(parameter):
         np.testing.assert_allclose(state, expected, rtol=1e-9, atol=1e-12)
 
 
-def host_of(p, drive):
-    """Return set 6 as a host with a damper."""
-    host = nv.Host(M=[[p["m1"]]], K=[[p["k1"]]], C=[[p["c1"]]], dofs=["x"])
-    wall = nv.Wall(p["C"], K=p["K"])
-    damper = nv.Damper("a", "x", m=p["m2"], k=p["k2"], c=p["c2"], walls=[wall])
-    base = {name.removeprefix("base_"): value for name, value in drive.items()}
-    return nv.System.from_host(host, [damper], base=base, omega=p["omega"])
-
-
-@pytest.mark.parametrize(
-    "drive", [SHAKEN, {"base_displacement": 0.02}], ids=lambda drive: "".join(drive)
-)
-def test_a_kind_moves_as_the_same_system_written_as_a_host(drive):
-    kind = nv.load_system("ssul-set6", omega=6.28, K=3e7, **drive)
-    host = host_of(kind.parameters, drive)
-    options = {"record": ["section", "energy", "response"], "tolerance": 1e-12, "quiet": True}
-    mine, other = nv.simulate(kind, 40, **options), nv.simulate(host, 40, **options)
-    section = mine.section - [0.0, 0.0, kind.rest, 0.0]
-    np.testing.assert_allclose(section, other.section, rtol=0, atol=1e-9 * np.abs(section).max())
-    assert mine.E1max == pytest.approx(other.E1max, rel=1e-9)
-    assert mine.E2max == pytest.approx(other.E2max[0], rel=1e-9)
-    for name in ("x1_max", "x1_rms", "a1_max", "x1_abs_max", "x1_abs_rms"):
-        assert mine.response[name] == pytest.approx(
-            other.response[f"x.{name.replace('1', '')}"], rel=1e-8
-        ), name
-
-
 def test_the_displacement_of_a_hosts_ground_is_followed_along_the_frequency():
     """A frame of two floors along omega, beside the closed form, and named on every axis."""
     m, k, c = np.diag([900.0, 700.0]), np.array([[7e4, -3e4], [-3e4, 3e4]]), np.diag([800.0, 600.0])

@@ -64,13 +64,12 @@ def test_places_of_a_kind_and_a_host_without_a_force_are_refused(error_of):
 
 
 @pytest.mark.kernels
-@pytest.mark.parametrize("objective", ["E1max", "E2max", "x1_max"])
-def test_designs_of_a_host_of_one_degree_of_freedom_are_those_of_its_kind(objective):
+def test_designs_of_a_host_of_one_degree_of_freedom_are_those_of_its_kind():
     kind = nv.load_system("ssul-set6", omega=5.5)
     both, C = [], {"C": kind.parameters["C"]}
     for system, fixed, names, worth in (
-        (kind, C, ("k2", "c2"), objective),
-        (as_host(kind), {}, ("u.k", "u.c"), objective.replace("x1", "x.x")),
+        (kind, C, ("k2", "c2"), "x1_max"),
+        (as_host(kind), {}, ("u.k", "u.c"), "x.x_max"),
     ):
         free = {name: {"low": 1.0, "high": 1e4} for name in names}
         changes = {

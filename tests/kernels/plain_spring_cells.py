@@ -19,6 +19,7 @@ from nlds_vines.kernels.hosts.spring_cells import (
     is_cell_clear,
     solve_cell,
     spring_cells,
+    vary_cell,
 )
 
 LEVEL = 3
@@ -96,6 +97,40 @@ def test_a_cell_has_the_motion_of_dop853():
     assert np.abs(cell.cells.end[: 2 * size] - end).max() < 3e-12
 
 
+def end_from(cell, start):
+    """Return the end of the cell from another state on, solved to round-off."""
+    cell.cells.begin[: len(start)] = start
+    solve_cell(cell.body, cell.cells, LEVEL, cell.h, 1e-16)
+    end_cell(cell.body, cell.cells, LEVEL)
+    return cell.cells.end[: len(start)].copy()
+
+
+def test_variations_of_a_cell_are_differences_of_its_end():
+    cell = Cell()
+    count = 3
+    directions = np.random.default_rng(3).normal(0.0, 1.0, (count, 2 * cell.body.size))
+    rows = directions.ravel().copy()
+    assert vary_cell(cell.body, cell.cells, LEVEL, rows, count)
+    start = cell.cells.begin[: 2 * cell.body.size].copy()
+    for direction, varied in zip(directions, rows.reshape(count, -1), strict=True):
+        slopes = []
+        for h in (1e-4, 2e-4):
+            ends = [end_from(cell, start + sign * h * direction) for sign in (1, -1)]
+            slopes.append((ends[0] - ends[1]) / (2 * h))
+        difference = (4 * slopes[0] - slopes[1]) / 3
+        assert np.abs(varied - difference).max() < 1e-10 * np.abs(difference).max()
+
+
+def test_variations_stay_where_the_elimination_fails():
+    """Springs so stiff that the sweeps of the cell would not settle."""
+    cell = Cell()
+    cell.body.springs.k3[:] *= -1e4
+    rows = np.eye(2 * cell.body.size)[0].copy()
+    before = rows.copy()
+    assert not vary_cell(cell.body, cell.cells, LEVEL, rows, 1)
+    assert np.array_equal(rows, before)
+
+
 def test_a_long_cell_under_stiff_springs_is_doubted():
     """The same cell with forces that turn 30 times as fast is refused."""
     cell = Cell()
@@ -116,7 +151,7 @@ def test_a_cell_without_a_solution_is_refused(size):
 @pytest.mark.parametrize("seed", range(4))
 def test_bends_stay_within_their_bounds(seed):
     cell = Cell(seed=seed)
-    assert is_cell_clear(cell.body, cell.walls, cell.cells, LEVEL, cell.h)
+    assert is_cell_clear(cell.body, cell.walls, cell.cells, LEVEL, cell.h, 0.0)
     assert bound_bends(cell.body, cell.cells, LEVEL, cell.h)
     largest = cell.bends()
     assert np.all(largest <= cell.cells.bends)
@@ -127,7 +162,8 @@ def test_a_cell_is_clear_only_with_room_for_the_bend_between_nodes():
     """A wall just above the largest r at the nodes leaves a doubt, one beyond the bound none."""
     cell = Cell()
     walls = cell.walls
-    assert is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h)
+    assert is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h, 0.0)
+    assert not is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h, 1e3)
     solved = np.abs(cell.cells.strokes.reshape(-1, 16)).max(axis=1)
     ends = [np.abs(cell.rows @ cell.exact.y[: cell.body.size, i]) for i in (0, -1)]
     top = np.maximum(solved, np.maximum(*ends))
@@ -135,13 +171,13 @@ def test_a_cell_is_clear_only_with_room_for_the_bend_between_nodes():
     for wall in range(walls.number):
         link = walls.links[wall]
         walls.gaps[wall] = top[link] + 1.01 * room[link]
-    assert is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h)
+    assert is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h, 0.0)
     for wall in range(walls.number):
         kept = walls.gaps[wall]
         walls.gaps[wall] = top[walls.links[wall]] * (1 - 1e-9)
         both = walls.gaps[wall ^ 1]
         walls.gaps[wall ^ 1] = walls.gaps[wall]
-        assert not is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h)
+        assert not is_cell_clear(cell.body, walls, cell.cells, LEVEL, cell.h, 0.0)
         walls.gaps[wall], walls.gaps[wall ^ 1] = kept, both
 
 
@@ -150,7 +186,7 @@ def test_a_bound_that_reaches_too_far_is_no_bound():
     cell = Cell()
     cell.cells.by_force[:] *= 1e4
     assert not bound_bends(cell.body, cell.cells, LEVEL, cell.h)
-    assert not is_cell_clear(cell.body, cell.walls, cell.cells, LEVEL, cell.h)
+    assert not is_cell_clear(cell.body, cell.walls, cell.cells, LEVEL, cell.h, 0.0)
 
 
 def test_lengths_are_halved():

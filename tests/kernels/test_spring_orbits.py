@@ -320,3 +320,23 @@ def test_labels_count_impacts_alone():
     calm = nv.classify(gendelman(0.1), start=[0.3, 0, 0, 0], quiet=True)
     assert calm.label == "T,0"
     assert np.abs(calm.multipliers).max() == pytest.approx(0.938125, abs=1e-5)
+
+
+def weakly_forced_well():
+    return nv.load_system("nes-bistable").with_(**{"force.x1": 2e-5})
+
+
+@pytest.mark.parametrize("make", [lambda: gendelman(0.1), weakly_forced_well])
+def test_multipliers_are_those_of_differences(make):
+    """Cells carry variations by the derivative of what they compute."""
+    system = make()
+    orbit = nv.classify(system, quiet=True)
+    assert orbit.label == "T,0"
+    flow = HostMap(system, 1e-13)
+    y = flow.orbits.start(orbit.state)
+    columns = [flow.difference(y, 1, direction, 1e-4) for direction in np.eye(flow.size)]
+    expected = np.linalg.eigvals(np.array(columns).T)
+    largest = np.abs(expected).max()
+    assert largest > 0.5
+    assert np.abs(orbit.multipliers[0]) == pytest.approx(largest, abs=1e-8)
+    assert np.abs(flow(y, 1).sections[0] - y).max() < 1e-9

@@ -65,6 +65,7 @@ from .spring_cells import (
     is_cell_clear,
     solve_cell,
     spring_cells,
+    vary_cell,
 )
 from .walls import AT_REST, IS_HERTZ, IS_RIGID, hold, press_now, start_of
 
@@ -418,12 +419,12 @@ def run_part_on_springs(host, varied, watch, ends, origin, y):
         if is_taken:
             end_cell(body, cells, level)
             if walls.number > 0:
-                is_taken = is_cell_clear(body, walls, cells, level, h)
+                is_taken = is_cell_clear(body, walls, cells, level, h, 0.0)
         if not is_taken and not is_short:
             level += 1
             continue
         if is_taken:
-            if is_noted_beside(varied, watch):
+            if not is_varied_in_cell(host, varied, level, h) and is_noted_beside(varied, watch):
                 step_beside(host, varied, watch, (at, at + length, origin), y)
             for i in range(2 * body.size):
                 y[i] = cells.end[i]
@@ -446,6 +447,21 @@ def put_place(host, at, y):
         begin[i] = y[i]
     j = int(at)
     drive_of(host.grid, j, at - j, from_place(begin, 2 * size))
+
+
+@jit
+def is_varied_in_cell(host, varied, level, h):
+    """Carry variations through a solved cell; return False if they stay as they are.
+
+    So they do where the cell may hold a near miss that counts.
+    """
+    if varied is None:
+        return False
+    body, walls, cells, clearance = host.body, host.walls, host.cells, varied.clearance[0]
+    may_be_missed = walls.number > 0 and clearance > 0.0
+    if may_be_missed and not is_cell_clear(body, walls, cells, level, h, clearance):
+        return False
+    return vary_cell(body, cells, level, varied.rows, varied.number)
 
 
 @jit

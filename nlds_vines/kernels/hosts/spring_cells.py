@@ -22,6 +22,13 @@ most exp(G h),
     |r''| = |w A^2 y + w A a g| <= second (|y| + h max |g| |a|) + |w A a| max |g|.
 
 A cell where that leaves a doubt is halved, and a short one is stepped (`host_contact`).
+
+A variation moves by the derivative of these equations at the same nodes, with D = g'(r) there:
+
+    (1 - W D) dr = free dz    at the nodes        dy = P dz + M D dr    at the end of the cell.
+
+It is the derivative of the computed motion, so that it errs as that does. One elimination serves
+all variations of a cell.
 """
 
 from __future__ import annotations
@@ -63,6 +70,7 @@ MOST_SWEEPS_OF_CELL = 30
 FEW_SWEEPS = 4
 ROUGH = 0.7  # last coefficient of g at four nodes, relative to g, of a hopeless cell; of r^3 0.4
 PATIENCE = 8  # cells before a longer one is tried again after one that was refused
+LEAST_PIVOT = 0.05  # of 1 - W D; less is a cell in which the sweeps hardly settle
 REACHED = 1.1  # bound of |r| in a cell, in units of its largest value at the nodes
 MOST_TERMS = 40  # of a Taylor series over a part of a cell
 
@@ -94,6 +102,12 @@ class SpringCells(NamedTuple):
     norms: Any  # (pairs,)
     begin: Any  # (total + 3,) state and drive at the beginning of a cell
     end: Any  # (rows,) the state at its end
+    slopes: Any  # springs * CELL_NODES: g'(r) at the nodes
+    # (springs * CELL_NODES)^2 each, by columns: 1 - W D = lower upper, with zeros elsewhere
+    lower: Any
+    upper: Any
+    varied: Any  # springs * CELL_NODES: dr at the nodes, then D dr
+    varied_end: Any  # (rows,) a variation at the end of a cell
 
 
 # ---- tables --------------------------------------------------------------------------------------
@@ -305,11 +319,13 @@ def spring_cells(body, grid, walls, stops):
         for i in range(body.size):
             gains[spring] += body.rows[row + i] * body.answers[row + i]
     at_nodes = np.zeros(springs * CELL_NODES)
+    square = np.zeros(len(at_nodes) * len(at_nodes))
     return SpringCells(
         lengths, rows, total, free, free_few, answers, answers_few, whole, ends, gains, seconds,
         by_force, scales, at_nodes, np.zeros(links * CELL_NODES), at_nodes.copy(),
         np.zeros(springs * 3 * FEW), np.zeros(springs), np.zeros(links), np.zeros(pairs),
-        np.zeros(total + 3), np.zeros(rows),
+        np.zeros(total + 3), np.zeros(rows), at_nodes.copy(), square, square.copy(),
+        at_nodes.copy(), np.zeros(rows),
     )  # fmt: skip
 
 
@@ -494,6 +510,101 @@ def end_cell(body, cells, level):
         )
 
 
+# ---- variations ----------------------------------------------------------------------------------
+
+
+@jit
+def four_slopes(springs, spring, r):
+    """Return g' of a four of r."""
+    square = r * r
+    inner = four(3.0 * springs.k3[spring]) + square * (5.0 * springs.k5[spring])
+    return r * (four(2.0 * springs.k2[spring]) + r * inner)
+
+
+@jit
+def subtract_column(column, at, factor, values, to, first, count):
+    """Subtract factor times column[at :] from values[to :], from whole fours about `first` on."""
+    for i in range(first // 4 * 4, count, 4):
+        put_four(values, to + i, four_at(values, to + i) - four_at(column, at + i) * factor)
+
+
+@jit
+def factor_cell(body, cells, level):
+    """Fill `lower` and `upper` with the factors of 1 - W D of a solved cell.
+
+    Return False if a pivot is small. Without exchanges of rows: W is nearly triangular, as what
+    happens later changes nothing before, and small on its diagonal.
+    """
+    springs, number, links = body.springs, body.springs.number, body.links
+    lower, upper, n = cells.lower, cells.upper, number * CELL_NODES
+    for spring in range(number):
+        link = springs.links[spring]
+        for i in range(0, CELL_NODES, 4):
+            slopes = four_slopes(springs, spring, four_at(cells.strokes, CELL_NODES * link + i))
+            put_four(cells.slopes, CELL_NODES * spring + i, slopes)
+    for j in range(n):
+        other = j // CELL_NODES
+        for spring in range(number):
+            link = springs.links[spring]
+            table = ((level * links + link) * number + other) * CELL_NODES * CELL_NODES
+            table += (j - other * CELL_NODES) * CELL_NODES
+            for i in range(0, CELL_NODES, 4):
+                column = four_at(cells.answers, table + i) * -cells.slopes[j]
+                put_four(upper, n * j + CELL_NODES * spring + i, column)
+        upper[n * j + j] += 1.0
+    for i in range(0, n * n, 4):
+        put_four(lower, i, four(0.0))
+    for k in range(n):
+        pivot = upper[n * k + k]
+        if not pivot > LEAST_PIVOT:
+            return False
+        for i in range(k + 1, n):
+            lower[n * k + i] = upper[n * k + i] / pivot
+            upper[n * k + i] = 0.0
+        for j in range(k + 1, n):
+            subtract_column(lower, n * k, upper[n * j + k], upper, n * j, k + 1, n)
+    return True
+
+
+@jit
+def vary_cell(body, cells, level, rows, count):
+    """Carry `count` variations through a solved cell; return False if they stay as they are.
+
+    rows: one variation after the other, 2 size numbers each.
+    """
+    if not factor_cell(body, cells, level):
+        return False
+    springs, number, N = body.springs, body.springs.number, 2 * body.size
+    lower, upper, n = cells.lower, cells.upper, number * CELL_NODES
+    values, end = cells.varied, cells.varied_end
+    for c in range(count):
+        first = N * c
+        for spring in range(number):
+            at = (level * body.links + springs.links[spring]) * cells.total * CELL_NODES
+            to = CELL_NODES * spring
+            for i in range(0, CELL_NODES, 4):
+                put_four(values, to + i, four(0.0))
+            add_columns(cells.free, at, CELL_NODES, rows, first, N, values, to)
+        for k in range(n):
+            subtract_column(lower, n * k, values[k], values, 0, k + 1, n)
+        for k in range(n - 1, -1, -1):
+            solution = values[k] / upper[n * k + k]
+            subtract_column(upper, n * k, solution, values, 0, 0, k)
+            values[k] = cells.slopes[k] * solution
+        for i in range(0, cells.rows, 4):
+            put_four(end, i, four(0.0))
+        add_columns(
+            cells.whole, level * cells.total * cells.rows, cells.rows, rows, first, N, end, 0
+        )
+        for spring in range(number):
+            at = (level * number + spring) * CELL_NODES * cells.rows
+            place = CELL_NODES * spring
+            add_columns(cells.ends, at, cells.rows, values, place, CELL_NODES, end, 0)
+        for i in range(N):
+            rows[first + i] = end[i]
+    return True
+
+
 # ---- walls ---------------------------------------------------------------------------------------
 
 
@@ -550,8 +661,11 @@ def largest_stroke(body, cells, link):
 
 
 @jit
-def is_cell_clear(body, walls, cells, level, h):
-    """Return True if no wall is touched in a solved cell, proven by the bounds of |r''|."""
+def is_cell_clear(body, walls, cells, level, h, margin):
+    """Return True if r stays `margin` [m] away from all walls in a solved cell.
+
+    Proven by the bounds of |r''|.
+    """
     number, links, nodes = body.springs.number, body.links, body.springs.constants.nodes
     for link in range(links):
         is_sprung = False
@@ -568,7 +682,7 @@ def is_cell_clear(body, walls, cells, level, h):
     if not bound_bends(body, cells, level, h):
         return False
     for wall in range(walls.number):
-        link, sign, gap = walls.links[wall], walls.signs[wall], walls.gaps[wall]
+        link, sign, gap = walls.links[wall], walls.signs[wall], walls.gaps[wall] - margin
         r, _ = along(body, link, cells.begin, 0)
         last, _ = along(body, link, cells.end, 0)
         before = sign * r

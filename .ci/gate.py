@@ -1,6 +1,8 @@
 """The gate: what the README and the tutorial tell a reader to do, word for word, and all checks.
 
-    .ci/run
+    .ci/run                  all of it
+    .ci/run kernels          ... the tests of kernels alone, with what they need
+    .ci/run others           ... everything else: two machines share the gate by these words
 
 It clones HEAD into an empty folder and runs the sections below there, each as soon as those that it
 waits for have passed; so the site is built beside the tests. The output of a section is shown when
@@ -12,6 +14,9 @@ Pages in a browser are tested where a Chromium is installed.
 Kernels are compiled in the environment of the README's first command, as a reader sees it, and by
 the lowest versions. Tests and site, whose package is that of the clone, and the wheel begin with
 copies of what the first command has compiled; the tutorial has copies of what they have compiled.
+If GATE_KERNELS names a folder, the tests of kernels alone begin with the kernels in it, which are
+replaced by those of the clone when they pass. Each is stamped with its sources, so none is out of
+date. The default tests never begin so: they would not notice what they compile.
 """
 
 from __future__ import annotations
@@ -20,12 +25,14 @@ import json
 import os
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -128,6 +135,10 @@ class Section(NamedTuple):
     after: tuple[str, ...] = ()
 
 
+KERNELS = "tests of kernels"
+NEEDED = ("browser", "first commands of the README", "environment of the tests")
+"""What the tests of kernels need where they run alone."""
+
 # Environments first; then the default tests beside what is built and walked. The tests of kernels,
 # of which some are ended within seconds, come last, when little else is left.
 SECTIONS = (
@@ -145,11 +156,33 @@ SECTIONS = (
     Section("wheel", WHEEL, ("lowest versions",)),
     Section("tutorial", TUTORIAL, ("wheel",)),
     Section(
-        "tests of kernels",
+        KERNELS,
         ".venv-test/bin/python -m pytest -m 'kernels and not long'",
-        ("default tests", "browser"),
+        ("default tests", *NEEDED),
     ),
 )
+
+
+def sections_of(part: str) -> list[Section]:
+    """Return the sections of a part of the gate, which wait for sections of that part alone."""
+    chosen = {section.name for section in SECTIONS}
+    if part == "kernels":
+        chosen = {*NEEDED, KERNELS}
+    elif part == "others":
+        chosen -= {KERNELS}
+    elif part:
+        sys.exit(f"unknown part {part!r}; allowed: kernels, others")
+    parts = [section for section in SECTIONS if section.name in chosen]
+    return [s._replace(after=tuple(name for name in s.after if name in chosen)) for s in parts]
+
+
+def copy_kernels(source: Path, target: Path) -> None:
+    """Copy compiled kernels from one folder into another, in place of those that are there."""
+    target.mkdir(parents=True, exist_ok=True)
+    for path in target.glob("*.compiled"):
+        path.unlink()
+    for path in source.glob("*.compiled"):
+        shutil.copy2(path, target)
 
 
 def say(text: str) -> None:
@@ -204,9 +237,9 @@ class Running:
                 self.process.wait(5)
 
 
-def run_all(clone: Path, work: Path) -> None:
-    """Run all sections; end the gate at the first that fails."""
-    waiting = [*SECTIONS]
+def run_all(clone: Path, work: Path, sections: Sequence[Section]) -> None:
+    """Run sections; end the gate at the first that fails."""
+    waiting = [*sections]
     running: list[Running] = []
     seconds: dict[str, float] = {}
     summaries: dict[str, list[str]] = {}
@@ -304,8 +337,9 @@ def interrupted(number: int, frame: object) -> NoReturn:
     sys.exit(128 + number)
 
 
-def main() -> None:
-    """Clone HEAD and run all sections there."""
+def main(part: str = "", *_: str) -> None:
+    """Clone HEAD and run the sections of a part there, or all."""
+    sections = sections_of(part)
     signal.signal(signal.SIGTERM, interrupted)
     sys.stdout.reconfigure(errors="replace")  # whatever a section prints, wherever it goes
     with tempfile.TemporaryDirectory(prefix="gate-", ignore_cleanup_errors=True) as folder:
@@ -315,8 +349,14 @@ def main() -> None:
         subprocess.run([*git, "clone", "--quiet", "--no-hardlinks", CHECKOUT, clone], check=True)
         head = ["git", "log", "-1", "--format=%h %s"]
         say(subprocess.run(head, cwd=clone, check=True, capture_output=True, text=True).stdout)
-        run_all(clone, work)
+        kernels = clone / "nlds_vines" / "kernels" / "__pycache__"
+        kept = os.environ.get("GATE_KERNELS") if part == "kernels" else None
+        if kept:
+            copy_kernels(Path(kept), kernels)
+        run_all(clone, work, sections)
+        if kept:
+            copy_kernels(kernels, Path(kept))
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -69,7 +69,8 @@ def test_all_yaml_is_well_formed_and_none_is_forgotten():
 def test_the_workflow_calls_the_gate_and_hooks_and_site_are_as_told():
     jobs = yaml_of(".github/workflows/ci.yml")["jobs"]
     lines = {name: [step.get("run", "") for step in job["steps"]] for name, job in jobs.items()}
-    assert ".ci/run" in lines["linux"]
+    assert any(".ci/run ${{ matrix.part }}" in line for line in lines["linux"])
+    assert jobs["linux"]["strategy"]["matrix"]["part"] == ["kernels", "others"]
     first = re.search(r"```sh\n(python3 -m venv .*?)\n```", text_of("README.md")).group(1)
     assert first in lines["others"]
     assert any("-m pytest" in line for line in lines["others"])

@@ -271,11 +271,31 @@ def test_the_gate_walks_the_readme_and_the_tutorial():
     assert "-m sphinx -W" in taken["site"][0]
 
 
-def test_a_section_of_the_gate_waits_for_others_that_stand_above_it():
-    names = [section.name for section in gate.SECTIONS]
-    assert len(set(names)) == len(names)
-    for place, section in enumerate(gate.SECTIONS):
-        assert {*section.after} <= {*names[:place]}, section.name
+def test_a_section_of_the_gate_waits_for_others_of_its_part_that_stand_above_it():
+    parts = {part: gate.sections_of(part) for part in ("", "kernels", "others")}
+    for sections in parts.values():
+        names = [section.name for section in sections]
+        assert len(set(names)) == len(names)
+        for place, section in enumerate(sections):
+            assert {*section.after} <= {*names[:place]}, section.name
+    kernels, others = ({one.name for one in parts[name]} for name in ("kernels", "others"))
+    assert kernels | others == {one.name for one in parts[""]}
+    assert kernels - others == {gate.KERNELS}
+    with pytest.raises(SystemExit, match="allowed: kernels, others"):
+        gate.sections_of("kernel")
+
+
+def test_the_gate_begins_with_kernels_that_are_kept(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.mkdir()
+    (one / "a.compiled").write_bytes(b"a")
+    (one / "a.py").write_bytes(b"")
+    gate.copy_kernels(tmp_path / "absent", other)
+    gate.copy_kernels(one, other)
+    assert [path.name for path in other.iterdir()] == ["a.compiled"]
+    (one / "a.compiled").rename(one / "b.compiled")
+    gate.copy_kernels(one, other)
+    assert [path.name for path in other.iterdir()] == ["b.compiled"]
 
 
 PASSES = """
@@ -293,11 +313,9 @@ def test_a_red_gate_names_the_tests_and_what_repeats_them(tmp_path, capsys):
         ("echo '$ make all'; echo wrong; exit 3", ["wrong", "repeat: make all"]),
         (f"{PASSES} >$TEST_COSTS", ["passed: a name", "7  $ one", "5 passed in", "12    tests/a"]),
     ):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(gate, "SECTIONS", (gate.Section("a name", commands),))
-            stopped = pytest.raises(SystemExit) if "exit" in commands else contextlib.nullcontext()
-            with stopped:
-                gate.run_all(tmp_path, tmp_path)
+        stopped = pytest.raises(SystemExit) if "exit" in commands else contextlib.nullcontext()
+        with stopped:
+            gate.run_all(tmp_path, tmp_path, [gate.Section("a name", commands)])
         printed = capsys.readouterr().out
         last = printed.partition("FAILED: a name")[2] if "exit" in commands else printed
         assert all(text in last for text in expected), printed

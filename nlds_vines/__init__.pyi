@@ -41,6 +41,7 @@ from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
 from nlds_vines.model.spring_manifold import SpringManifold as SpringManifold
 from nlds_vines.model.system import System as System
 from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
+from nlds_vines.portrait.result import Portrait as Portrait
 from nlds_vines.transients.basins import Basins as Basins
 from nlds_vines.transients.basins import basin_measures as basin_measures
 from nlds_vines.transients.command import transient_lifetimes as transient_lifetimes
@@ -51,6 +52,7 @@ from nlds_vines.tuning.request import Tuning as Tuning
 from nlds_vines.tuning.request import load_tuning as load_tuning
 from nlds_vines.tuning.result import Tuned as Tuned
 from nlds_vines.upkeep.plot import open_archive as open_archive
+from nlds_vines.upkeep.plot import panels as panels
 from nlds_vines.upkeep.plot import plot as plot
 
 __version__: str

@@ -22,7 +22,7 @@ USUAL = {
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
     "response-history": ("nlds_vines.loads.command", "a blow or an earthquake: energies, peaks"),
-    "explore": ("nlds_vines.explore.command", "click a map and see its orbit, in a browser"),
+    "explore": ("nlds_vines.upkeep.explore", "click a map and see its orbit, in a browser"),
     "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
 }
 """What most people need."""
@@ -30,7 +30,7 @@ USUAL = {
 UPKEEP = {
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
     "export": ("nlds_vines.upkeep.export", "an archive as comma-separated values"),
-    "report": ("nlds_vines.explore.report", "a map as one page to send"),
+    "report": ("nlds_vines.upkeep.report", "a map as one page to send"),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
 }
 """What looks after archives and the program itself."""

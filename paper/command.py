@@ -29,9 +29,9 @@ from nlds_vines.cli.running import (
 )
 from nlds_vines.cli.terminal import DONE, ORBITS_FAILED, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
-from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 from nlds_vines.runs.store import BlockStore
+from nlds_vines.upkeep.explore import refuse_without_bokeh
 from paper.request import FigureRequest, load_figure, packaged_figures, short_name
 
 _NAME = "python -m paper"

@@ -2,4 +2,4 @@
 
 from nlds_vines.cli.entry import run_module
 
-raise SystemExit(run_module("nlds_vines.explore.command"))
+raise SystemExit(run_module("nlds_vines.upkeep.explore"))

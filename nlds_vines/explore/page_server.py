@@ -29,8 +29,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import OutputTransform, RequestHandler
 
-from nlds_vines.runs.interrupts import INTERRUPTED, TERMINATED
-
+INTERRUPTED, TERMINATED = 130, 143  # the exit status after Ctrl-C and after SIGTERM
 LEFT_SECONDS = 2.0  # seconds after a page is closed at which its work ends
 MOST_PAGES = 12  # the most open pages; each takes half a second to make, and memory
 
@@ -48,6 +47,14 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 """Headers of every answer; Bokeh compiles functions from text, which needs `unsafe-eval`."""
+
+
+Shown = Callable[[Document], object] | str
+"""What pages show: what fills the document of each, or their text as HTML."""
+
+
+def _leave_empty(document: Document) -> None:
+    """Fill a document with nothing."""
 
 
 class Headers(OutputTransform):
@@ -74,11 +81,24 @@ class Answer(RequestHandler):
             self.finish(f"refused: {words}\n")
 
 
+class TextPage(RequestHandler):
+    """A page that is a text and computes nothing."""
+
+    def initialize(self, html: str) -> None:
+        self._html = html
+
+    def get(self) -> None:
+        self.set_header("Content-Type", "text/html; charset=utf-8")
+        self.finish(self._html)
+
+
 class OwnersServer(BokehTornado):
     """Bokeh's server behind a check of the cookie, the host and the origin of each request."""
 
-    def __init__(self, fill: Callable[[Document], object], host: str) -> None:
+    def __init__(self, shown: Shown, host: str) -> None:
         """Draw the token; the cookie is named by the port, as all ports of a host share cookies."""
+        self._html = shown if isinstance(shown, str) else ""
+        fill = _leave_empty if isinstance(shown, str) else shown
         self._host, self.token = host, secrets.token_urlsafe(24)
         self._cookie = f"nlds_vines_{host.rpartition(':')[2]}"
         # requests of pages that are not answered yet, whose sessions do not exist yet
@@ -117,6 +137,8 @@ class OwnersServer(BokehTornado):
                 answer |= {self._cookie: self.token} if is_token(token.decode("latin-1")) else {}
             elif cookie is not None and is_token(cookie.value):
                 is_page = request.path == "/"
+                if self._html and is_page:
+                    return self.get_handler_delegate(request, TextPage, {"html": self._html})
                 if not is_page or len(self.get_sessions("/")) + len(self._beginning) < MOST_PAGES:
                     if is_page:
                         self._beginning.add(request)
@@ -131,12 +153,12 @@ class OwnersServer(BokehTornado):
 
 
 def serve(
-    fill: Callable[[Document], object],
+    shown: Shown,
     listener: socket.socket,
     greet: Callable[[str], object],
     browser: bool,
 ) -> int:
-    """Serve pages, which `fill` fills, until Ctrl-C or SIGTERM; return the exit status."""
+    """Serve pages until Ctrl-C or SIGTERM; return the exit status."""
     for name in ("bokeh", "tornado"):  # a page shows its own errors
         logging.getLogger(name).setLevel(logging.CRITICAL)
     status, loop, host = 0, IOLoop.current(), "{}:{}".format(*listener.getsockname())
@@ -146,8 +168,11 @@ def serve(
         status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         loop.add_callback_from_signal(loop.stop)
 
-    # a page that is requested while the server ends remains empty
-    owners = OwnersServer(lambda document: None if status else fill(document), host)
+    def fill(document: Document) -> None:
+        if not status and not isinstance(shown, str):  # otherwise the server ends
+            shown(document)
+
+    owners = OwnersServer(shown if isinstance(shown, str) else fill, host)
     http = HTTPServer(owners)
     http.add_socket(listener)
     server = BaseServer(loop, owners, http)

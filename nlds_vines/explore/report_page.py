@@ -25,6 +25,7 @@ from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, read
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import figures, map_view
 from nlds_vines.explore.map_data import Curve, Stored
+from nlds_vines.explore.sent_page import special_points
 from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
@@ -338,20 +339,8 @@ def branches_of(path: Path, scan: Scan) -> Continued:
 
 
 def special_table(result: Continued, results: Stored) -> Table:
-    rows: list[tuple[str, ...]] = []
-    (name, one), *others = (results.shown(item.name) for item in result.request.free)
-    for row in result.special_points:
-        change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
-        if row.monitor:
-            change += f"; {row.monitor}"
-        rows.append((str(row.kind), f"{name} = {row.value / one:.8g}", change))
-    for curve in result.curves:
-        for kind, first, second in curve.meetings:
-            (across, two), *_ = others
-            place = f"{name} = {first / one:.6g}, {across} = {second / two:.6g}"
-            rows.append((kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
-    title = "Special points of the branches"
-    return Table(title, ("kind", "at", "regime along the branch"), rows)
+    head, *rows = special_points(result, results.shown)
+    return Table("Special points of the branches", head, rows)
 
 
 def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from textwrap import wrap
 from typing import Any
 
-from nlds_vines.model.system import System
+import nlds_vines as nv
 
 STOREY = 46  # pixels from floor to floor
 MOST_FLOORS = 14  # floors that are drawn; of more, those that dampers hang on and the highest ones
 _WIDTH = 560
 _LEFT, _RIGHT = 40, 220  # pixels, ends of a floor
+_CHARACTERS = 52  # of a line beside the drawing
 _INK, _DAMPER = "#20303c", "#d55e00"
 
 
-def drawn_system(system: System, words: str) -> str:
+def drawn_system(system: nv.System, words: str) -> str:
     """Return the drawing of a system, titled by its `words`.
 
     Floors stand above one another in the order of the degrees of freedom; a damper's box hangs on
@@ -47,7 +49,7 @@ def drawn_system(system: System, words: str) -> str:
     )
 
 
-def _floors(system: System, dampers: Sequence[Mapping[str, Any]]) -> list[str]:
+def _floors(system: nv.System, dampers: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the names of the floors that are drawn, from below."""
     floors = list(system.chain) or ["structure"]
     hung = {place for one in dampers for place in one["places"]}
@@ -56,7 +58,7 @@ def _floors(system: System, dampers: Sequence[Mapping[str, Any]]) -> list[str]:
     return [*floors, *sorted(hung.difference(floors))]
 
 
-def dampers_in_words(system: System) -> list[dict[str, Any]]:
+def dampers_in_words(system: nv.System) -> list[dict[str, Any]]:
     """Return name, places, sides of walls and lines of words of each damper of a system."""
     table = system.to_table()
     described = []
@@ -119,8 +121,9 @@ def _damper(one: Mapping[str, Any], places: Mapping[str, float], seen: dict[str,
             parts.append(_line(x - 8, y - 27, x - 8, y, 4))
         if "+" in one["sides"]:
             parts.append(_line(x + 34, y - 27, x + 34, y, 4))
-    for i, line in enumerate(one["lines"]):
-        below = 13 * (i + len(one["lines"]) * number)
+    lines = [part for line in one["lines"] for part in wrap(line, _CHARACTERS)]
+    for i, line in enumerate(lines):
+        below = 13 * (i + len(lines) * number)
         parts.append(_text(_RIGHT + 20, y - 20 + below, line, "start"))
     return parts
 

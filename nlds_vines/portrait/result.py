@@ -187,10 +187,18 @@ class View(Outlined):
 
 @dataclass(frozen=True, repr=False)
 class Portrait(Drawable):
-    """The windows of one or several orbits, the `views`, one for each column of the page.
+    """The windows of one or several orbits, as a portrait shows them.
 
-    `drawn_from` is the request of the page, which does not repeat the orbit of a scan's cell; the
-    options that name such a cell are `cell`, empty for other orbits.
+    Attributes
+    ----------
+    path : ArchivePath or None
+        Archive of the numbers.
+    views : tuple of View
+        One window for each column of the page.
+    drawn_from : PortraitRequest
+        The request of the page, which does not repeat the orbit of a scan's cell.
+    cell : str
+        The options that name such a cell; empty for other orbits.
     """
 
     drawn_by = "nlds_vines.portrait.picture"

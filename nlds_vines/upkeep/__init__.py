@@ -1,4 +1,4 @@
-"""Look after archives and runs.
+"""Commands over all tasks: look after archives and runs, and serve and send pages of them.
 
-Modules in reading order: branches_picture, plot, rerun, export.
+Modules in reading order: branches_picture, plot, rerun, export, explore, report.
 """

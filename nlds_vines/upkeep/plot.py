@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.archive import ArchivePath, read
+from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
-from nlds_vines.cli.command import TASKS, Command, task_of
+from nlds_vines.cli.command import TASKS, Command, Task, task_of
 from nlds_vines.cli.options import FREQUENCY, LOOK, Parser, look_of
 from nlds_vines.cli.running import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.terminal import DONE, say
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.look import Look
 
 if TYPE_CHECKING:
@@ -93,11 +93,58 @@ def open_archive(path: str | os.PathLike[str]) -> Opened:
         return task.read(view.path) if task else ArchivePath.of(view.path)
 
 
+def panels(archive: str | os.PathLike[str]) -> dict[str, str]:
+    """Return the names and the meanings of all that the picture of an archive can show.
+
+    Parameters
+    ----------
+    archive : str or os.PathLike
+        A finished archive.
+
+    Returns
+    -------
+    dict of str to str
+        Each name that `plot` takes as `show`, with its meaning.
+
+    Raises
+    ------
+    RequestError
+        If the file is no archive of this program, or has no picture.
+
+    See Also
+    --------
+    plot : The picture itself.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> scan = nv.scan("tmd", vary={"omega": [6.0, 6.5]}, record=["energy"], quiet=True)
+    >>> list(nv.panels(scan))[:2]
+    ['E1max', 'E2max']
+    """
+    from nlds_vines.plotting.chosen_panels import drawn
+
+    with read(archive) as view:
+        task = _drawn_task(view)
+        meanings = dict(drawn(view, task.picture.names))
+        if view.content == SCAN:  # of an ensemble, those of a scan as well
+            meanings |= drawn(view, TASKS[SCAN].picture.names)
+        return meanings
+
+
+def _drawn_task(view: ArchiveView) -> Task:
+    task = task_of(view)
+    if task is None:
+        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+    return task
+
+
 def plot(
     archive: str | os.PathLike[str],
     show: str | None = None,
     ax: Axes | None = None,
     *,
+    to: str | os.PathLike[str] | None = None,
     columns: int | str = 2,
     width: float | None = None,
     title: str | None = None,
@@ -106,7 +153,7 @@ def plot(
     manifold: bool = False,
     frequency: str | None = None,
 ) -> Figure:
-    """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
+    """Return the picture of an archive as a matplotlib figure; nothing is computed.
 
     Parameters
     ----------
@@ -118,6 +165,9 @@ def plot(
         usual ones.
     ax : matplotlib.axes.Axes, optional
         Axes to draw one panel into: the one to `show`, or else the first.
+    to : str or os.PathLike, optional
+        A file (.png, .pdf or .svg) to write as well, in place of an older one: equal archives give
+        equal bytes.
     columns : int or str
         1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
     width : float, optional
@@ -146,6 +196,10 @@ def plot(
     RequestError
         For a file that is no archive, and for panels that it has not.
 
+    See Also
+    --------
+    panels : The names of all panels of an archive.
+
     Examples
     --------
     >>> import nlds_vines as nv
@@ -153,7 +207,7 @@ def plot(
     >>> scan = nv.scan("ssul-set6", vary=vary, sampling={"transient": 100}, quiet=True)
     >>> nv.plot(scan, "E1max").savefig("E1max.pdf")
     """
-    from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown
+    from nlds_vines.plotting.chosen_panels import drawn, let_figures_be_shown, save_figure
     from nlds_vines.plotting.page import count_in, others_beside, page_of, set_title, sheet
 
     let_figures_be_shown()
@@ -161,10 +215,12 @@ def plot(
     page = page_of(look.columns, look.width)
     if ax is not None and (title is not None or width is not None):
         raise RequestError("title and width are those of a page, not of axes")
+    target = _target(to)
+    if ax is not None and target is not None:
+        raise RequestError("to is the file of a page, not of axes: save the figure of the axes")
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        if (task := task_of(view)) is None:
-            raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+        task = _drawn_task(view)
         picture: Drawing = task.picture
         # of an ensemble, `show` may ask for the drawing of a scan
         words = {word.strip() for word in show.split(",")} if show else set()
@@ -188,36 +244,38 @@ def plot(
 
             for other in others:
                 draw_branches(figure, view, other, ax is not None)
+        if target is not None:
+            origin = "scan_hash", view.text("scan_hash")
+            save_figure(figure, target, view.text("title"), origin)
         return figure
+
+
+def _target(to: object) -> Path | None:
+    if to is None:
+        return None
+    if not isinstance(to, str | os.PathLike):
+        raise RequestError(f"to = {shown(to)} must be a path")
+    path = Path(to)
+    check_plot(path, "to")
+    return path
 
 
 def _carry_out(options: argparse.Namespace) -> int:
     archive = existing(options.archive)
     if options.show == "?":
-        from nlds_vines.plotting.chosen_panels import drawn
-
-        with read(archive) as view:
-            tasks = [task_of(view)] + [TASKS[SCAN]] * (view.content == SCAN)
-            meanings: dict[str, str] = {}
-            for task in filter(None, tasks):
-                meanings |= drawn(view, task.picture.names)
+        meanings = panels(archive)
         say(*(f"{name:<26}{meaning}" for name, meaning in meanings.items()))
         return DONE
     path = archive.with_suffix(".png") if options.output is None else Path(options.output)
     check_plot(path, "output")
     refuse_same(archive, path)
     refuse_replacing("picture", path, options.overwrite)
-    from nlds_vines.plotting.chosen_panels import save_figure
-    from nlds_vines.plotting.page import sheet
-
     look = look_of(options)
-    figure = plot(
-        archive, options.show, columns=look.columns, width=look.width, title=look.title,
+    plot(
+        archive, options.show, to=path, columns=look.columns, width=look.width, title=look.title,
         style=options.style, marks=options.marks, manifold=options.manifold,
         frequency=options.frequency,
     )  # fmt: skip
-    with read(archive) as view, sheet(options.style):
-        save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
     say(path)
     return DONE
 

@@ -174,7 +174,7 @@ def test_each_library_has_its_home():
     importers = who_imports("bokeh") | who_imports("tornado") | who_imports("jinja2")
     assert importers
     assert all(name.startswith("explore.") for name in importers)
-    assert not importers & {"explore.command", "explore.report"}
+    assert not importers & {"upkeep.explore", "upkeep.report"}
 
 
 def test_only_the_standard_library_and_what_is_declared_is_imported():

@@ -99,7 +99,7 @@ def test_figures_and_their_report_replace_none_but_their_own(here, capsys, name)
 
 
 def test_a_dry_run_of_the_page_refuses_a_port_that_is_taken(refused):
-    from nlds_vines.explore.command import listening
+    from nlds_vines.upkeep.explore import listening
 
     with listening(0) as server:
         port = server.getsockname()[1]

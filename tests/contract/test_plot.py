@@ -211,6 +211,16 @@ def test_plot_draws_or_lists_quantities(small, tmp_path, answer, refusal, ask):
     assert "E1max" in listed
     assert "[m/s]" in listed
     assert "did you mean 'x" in refusal("plot", small, "--show", "x9", "-o", tmp_path / "a.png")
+    # in Python: the same names, and the same bytes
+    assert all(name in listed for name in nv.panels(small))
+    figure = nv.plot(small, "v2", to=tmp_path / "python.pdf")
+    assert (tmp_path / "python.pdf").read_bytes() == picture.read_bytes()
+    with pytest.raises(nv.RequestError, match="must end in one of"):
+        nv.plot(small, to=tmp_path / "a.txt")
+    with pytest.raises(nv.RequestError, match="to = 3 must be a path"):
+        nv.plot(small, to=3)
+    with pytest.raises(nv.RequestError, match="file of a page, not of axes"):
+        nv.plot(small, "v2", figure.axes[0], to=tmp_path / "b.png")
     # an archive in place of a TOML file: the message names `plot`
     err = refusal("bifurcation", small, "--show", "regimes")
     assert "is an archive (HDF5)" in err

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.explore.sent_page import sent_page
+from nlds_vines.explore.sent_page import (
+    Account,
+    account_of,
+    assumptions_of,
+    sent_page,
+    shortened,
+)
 from nlds_vines.explore.system_drawing import dampers_in_words, drawn_system
 
 STEP = 0.02
@@ -110,3 +116,43 @@ def test_a_page_of_a_tuning_draws_the_best_design(here):
     assert f"k2 = {tuned.parameters['k2']:.4g} N/m" in page
     assert "free: k2 from" in page
     assert "Contacts obey" not in page
+
+
+@pytest.mark.kernels
+def test_every_archive_without_a_map_has_a_page(here, answer, refusal):
+    """Branches, transients, portraits and samples, as histories, curves and tunings."""
+    oscillator = nv.load_system("impact-oscillator", omega=1.5)
+    nv.continue_branch(oscillator, "P", (0.1, 2.0), to="branches.h5", quiet=True)
+    calm = nv.load_system("ssul-set6", omega=7.1)
+    nv.transient_lifetimes(calm, starts=6, transient=60, to="transients.h5", quiet=True)
+    nv.orbit_portrait(calm, windows=[[60, 72]], to="portrait.h5", quiet=True)
+    said = {
+        "branches": ("along P from 0.1 to 2", "regime along the branch", "periodic orbits under"),
+        "transients": ("6 starts each", "ended in", "95% interval"),
+        "portrait": ("forcing periods 60 to 72", "recurrence: T,1", "law hertz"),
+    }
+    for name, lines in said.items():
+        archive = here / f"{name}.h5"
+        page = sent_page(archive)
+        counts = Checked(page).counts
+        assert (counts["img"], counts["svg"]) == (1, 1)
+        assert "script" not in counts
+        for words in lines:
+            assert words in page, (name, words)
+        assert f"{name}.html" in answer("report", archive)
+        assert (here / f"{name}.html").read_text() == page
+    assert "--branches is for the page of a map" in refusal(
+        "report", "branches.h5", "-o", "b.html", "--branches", "branches.h5"
+    )
+
+
+def test_long_lists_of_numbers_and_repeated_assumptions_are_shortened():
+    few, many = ", ".join(["1.5"] * 50), ",\n  ".join(["-2e-3"] * 51)
+    toml = f'title = "[1, 2]"\nfew = [{few}]\nmany = [\n  {many},\n]\n'
+    short = shortened(toml)
+    assert short == f'title = "[1, 2]"\nfew = [{few}]\nmany = "51 numbers, in the archive"\n'
+    account = Account([], [(nv.load_system("ssul-set6"), "Set 6")], None)
+    (repeated,) = [line for line in assumptions_of(account) if "two spheres" in line]
+    assert repeated.startswith("A, B, q1: A = B = 0.5 1/m")
+    with pytest.raises(nv.RequestError, match="holds no result that a page can tell"):
+        account_of(3.0)

@@ -13,8 +13,8 @@ from benchmarks.explore import Served
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.command import listening
 from nlds_vines.explore.page_server import MOST_PAGES
+from nlds_vines.upkeep.explore import listening
 
 
 class Asked(Served):
@@ -164,15 +164,26 @@ def test_a_map_of_too_many_orbits_is_refused_in_one_line(here, refusal):
     assert "has 100000000 orbits; a page shows up to 4000000" in line
 
 
-@pytest.mark.parametrize("command", ["explore", "report"])
-def test_samples_are_refused_in_one_line(command, here, refusal):
+def test_archives_without_a_map_open_as_a_page_that_computes_nothing(here, answer, refusal):
     samples = {"k1": np.array([3.9e4, 4e4]), "C": np.array([0.06, 0.062])}
     sampling = {"transient": 10, "periods": 8}
     nv.scan("ssul-set6", samples=samples, sampling=sampling, to="samples.h5", quiet=True)
-    for options in ([], ["--dry-run"]):
-        line = refusal(command, "samples.h5", *options)
-        assert "samples have no axis" in line
-        assert "--at sample=3" in line
+    assert "its page, as `nlds-vines report` sends it" in answer(
+        "explore", "samples.h5", "--dry-run", "--port", "0"
+    )
+    line = refusal("explore", "samples.h5", "--frequency", "Hz", "--port", "0")
+    assert "--frequency is for the page of a map" in line
+    with Asked("samples.h5") as running:
+        status, text = running.get("/")
+        assert status == 200
+        assert "varied: 2 samples of k1, C" in text
+        assert "<script" not in text
+        assert "default-src 'none'" in running.headers["Content-Security-Policy"]
+        assert running.get("/", cookie=False)[0] == 403
+        assert running.end() == (130, "")
+    # they are not computed by the page
+    (here / "samples.toml").write_text(nv.open_archive("samples.h5").request.to_toml())
+    assert "samples have no axis" in refusal("explore", "samples.toml", "--dry-run")
 
 
 def test_it_listens_on_this_machine_alone_and_a_busy_port_is_one_line(server, small_map, refusal):

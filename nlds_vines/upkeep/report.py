@@ -7,16 +7,14 @@ from pathlib import Path
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.files import write_text
-from nlds_vines.archives.provenance import RESPONSE_CURVES, RESPONSE_HISTORY, TUNING
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.cli import running
-from nlds_vines.cli.command import Command
+from nlds_vines.cli.command import TASKS, Command, task_of
 from nlds_vines.cli.options import FREQUENCY, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.explore.command import refuse_unshown, refuse_without_bokeh
 from nlds_vines.model.ratios import UNITS
-
-SENT = (RESPONSE_HISTORY, RESPONSE_CURVES, TUNING)  # contents of archives that are no map
+from nlds_vines.upkeep.explore import holds_map, refuse_without_bokeh
 
 _EXAMPLES = """\
 examples:
@@ -25,8 +23,8 @@ examples:
   nlds-vines report map.h5 --branches curves.h5 -o map.html
       with the branches and special points of a continuation over it
   nlds-vines report suite.h5 -o suite.html
-      of response histories, suites, response curves, tunings: what was asked, the systems drawn,
-      tables, pictures, assumptions
+      of all other archives - response histories, response curves, tunings, branches, transients,
+      portraits, samples: what was asked, the systems drawn, tables, pictures, assumptions
 The page is one file, opens without a network, and prints.  That of a map has 5 MB at most and
 needs the extra `explore`: pip install 'nlds-vines[explore]'
 exit status: 0 done; 2 the request is wrong
@@ -41,17 +39,15 @@ def _carry_out(options: argparse.Namespace) -> int:
     running.check_writable("output", output)
     running.refuse_replacing("output", output, options.overwrite)
     with read(source) as view:
-        content = view.content
-        title = view.text("title")
-    if content in SENT:
-        return _send(options, source, output, title)
+        is_of_starts = view.content == SCAN and task_of(view) is not TASKS[SCAN]
+    if is_of_starts or not holds_map(source):
+        return _send(options, source, output)
     refuse_without_bokeh("report")
     if options.frequency is not None:
         choice("--frequency", options.frequency, UNITS)
     from nlds_vines.explore.map_data import stored
 
     results = stored(source, options.frequency)
-    refuse_unshown(results.scan)
     if options.dry_run:
         say(f"{results.scan.title}: {results.scan.lanes} orbits into {output}")
         return DONE
@@ -65,12 +61,14 @@ def _carry_out(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _send(options: argparse.Namespace, source: Path, output: Path, title: str) -> int:
+def _send(options: argparse.Namespace, source: Path, output: Path) -> int:
     """Write the page of an archive that is no map."""
     for option, value in (("--branches", options.branches), ("--frequency", options.frequency)):
         if value is not None:
             raise RequestError(f"{option} is for the page of a map; {source} has none")
     if options.dry_run:
+        with read(source) as view:
+            title = view.text("title")
         say(f"{title}: into {output}")
         return DONE
     from nlds_vines.explore.sent_page import sent_page

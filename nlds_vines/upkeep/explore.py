@@ -9,6 +9,8 @@ from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.provenance import SCAN
 from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.cli.command import Command, changes
 from nlds_vines.cli.options import FREQUENCY, SET, SYSTEM, Parser
@@ -30,6 +32,8 @@ examples:
       Figure 8 of the paper, computed now: click a frequency and see its orbit
   nlds-vines explore map.h5
       the map of an archive; the arrow keys go from cell to cell
+  nlds-vines explore tuned.h5
+      any other archive: what was asked, the systems drawn, tables and pictures
   nlds-vines explore scans/map-omega-P.toml
       a map that is computed while one looks at it
   nlds-vines explore --system vi-nes --port 0 --no-browser
@@ -48,12 +52,19 @@ def refuse_without_bokeh(command: str) -> None:
         )
 
 
-def refuse_unshown(scan: Scan) -> None:
-    """Raise `RequestError` for a table of samples, which has no axes."""
+def holds_map(path: str | os.PathLike[str]) -> bool:
+    """Return True if an archive holds a scan with axes, so that there is a cell to click."""
+    from nlds_vines.bifurcation.result import scan_of
+
+    with read(path) as view:
+        return view.content == SCAN and scan_of(view).sampled is None
+
+
+def _refuse_samples(scan: Scan) -> None:
     if scan.sampled is not None:
         raise RequestError(
-            f"{scan.title}: samples have no axis, so there is no map to click; "
-            "`nlds-vines plot` draws them, `nlds-vines portrait FILE.h5 --at sample=3` one orbit"
+            f"{scan.title}: samples have no axis, so there is no map to click; compute them with "
+            "`nlds-vines bifurcation`, and open the archive"
         )
 
 
@@ -85,6 +96,8 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.frequency is not None:
         choice("--frequency", options.frequency, UNITS)
     document, results = changes(options, (SYSTEM, SET), ()), None
+    if is_archive and not holds_map(options.source):
+        return _serve_sent_page(options, Path(options.source), port)
     if is_archive:
         from nlds_vines.explore.map_data import stored
 
@@ -100,7 +113,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         scan = load_scan({**document, "title": system.title or system.name})
     else:
         scan = load_scan(source, document, "command line")
-    refuse_unshown(scan)
+    _refuse_samples(scan)
     if options.dry_run:
         listening(port).close()
         sides = " x ".join(str(n) for n in scan.shape)
@@ -125,6 +138,27 @@ def _carry_out(options: argparse.Namespace) -> int:
         finally:
             if not opened.close():
                 exit_without_destructors()
+
+
+def _serve_sent_page(options: argparse.Namespace, source: Path, port: int) -> int:
+    """Serve the page of an archive without a map, which `report` sends; it computes nothing."""
+    if options.frequency is not None:
+        raise RequestError(f"--frequency is for the page of a map; {source} has none")
+    with read(source) as view:
+        title = view.text("title")
+    with closing(listening(port)) as listener:
+        if options.dry_run:
+            say(f"{title}: its page, as `nlds-vines report` sends it")
+            return DONE
+        from nlds_vines.explore.page_server import serve
+        from nlds_vines.explore.sent_page import sent_page
+
+        page = sent_page(source)
+
+        def greet(address: str) -> None:
+            say(title, f"open {address}", "Ctrl-C ends it")
+
+        return serve(page, listener, greet, not options.no_browser)
 
 
 def _declare(parser: Parser) -> None:

@@ -40,7 +40,7 @@ def write(
 ) -> None:
     """Write an archive to `path` as `hdf5.write` does; without a name it stays in memory."""
     if isinstance(path, ArchivePath) and path.unnamed is not None:
-        path.unnamed.contents = InMemory.of(table, scales, pieces, attributes())
+        path.unnamed.contents = InMemory.of(table, scales, pieces, attributes)
     else:
         hdf5.write(path, table, scales, pieces, attributes)
 
@@ -83,16 +83,25 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     if not isinstance(path, str | os.PathLike):
         raise RequestError(f"archive = {shown(path)} must be the path of a file")
     path = ArchivePath.of(path)
-    contents: Contents
     if path.unnamed is not None and path.unnamed.contents is not None:
-        contents = path.unnamed.contents
-    else:
-        contents = hdf5.InFile(path)
+        return ArchiveView(path, path.unnamed.contents)
+    contents = hdf5.InFile(path)
     try:
-        return ArchiveView(path, contents)
+        _refuse_foreign(path, contents)
     except RequestError:
         contents.close()
         raise
+    return ArchiveView(path, contents)
+
+
+def _refuse_foreign(path: Path, contents: Contents) -> None:
+    """Raise `RequestError` unless this is an archive of this program and this format."""
+    attributes = contents.attributes()
+    if "status" not in contents or not {"schema", "scan_hash"} <= {*attributes}:
+        raise RequestError(f"{path} is not an archive of nlds_vines")
+    schema = attributes["schema"]
+    if schema != SCHEMA:
+        raise RequestError(f"{path} has schema {schema}: this version reads {SCHEMA}")
 
 
 class ArchiveView(Outlined):
@@ -116,16 +125,10 @@ class ArchiveView(Outlined):
     """
 
     def __init__(self, path: ArchivePath, contents: Contents) -> None:
-        """Raise `RequestError` unless this is an archive of this program and this format."""
         self.path = path
         self.names = contents.names
         self._open: Contents | None = contents
         self._entries: dict[str, Dataset] = {}
-        if "status" not in contents or not {"schema", "scan_hash"} <= {*self.attrs}:
-            raise RequestError(f"{path} is not an archive of nlds_vines")
-        schema = self.attrs["schema"]
-        if schema != SCHEMA:
-            raise RequestError(f"{path} has schema {schema}: this version reads {SCHEMA}")
 
     @property
     def _contents(self) -> Contents:
@@ -240,10 +243,12 @@ class ArchiveView(Outlined):
 
         Raises `RequestError` if the archive's content is not `content`.
         """
-        if self.content != content:
-            raise RequestError(f"{self.path} holds a {self.content}, not a {content}")
-        if self.path.unnamed is not None and self.path.unnamed.request is not None:
-            request: Read = self.path.unnamed.request
+        known: Any = self.path.unnamed.request if self.path.unnamed is not None else None
+        held = self.content if known is None else known.content
+        if held != content:
+            raise RequestError(f"{self.path} holds a {held}, not a {content}")
+        if known is not None:
+            request: Read = known
             return request
         with at(f"{self.path}: its request"):
             return load(parse_toml(self.text("scan"), "the attribute scan"))

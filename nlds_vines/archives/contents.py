@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -52,7 +52,7 @@ class InMemory:
     table: Table
     scales: tuple[Scale, ...]
     arrays: Mapping[str, np.ndarray]
-    about: Mapping[str, Value]
+    attributes_of: Callable[[], Mapping[str, Value]]
 
     @classmethod
     def of(
@@ -60,16 +60,28 @@ class InMemory:
         table: Table,
         scales: Iterable[Scale],
         pieces: Iterable[Piece],
-        about: Mapping[str, Value],
+        attributes: Callable[[], Mapping[str, Value]],
     ) -> InMemory:
-        """Put the pieces of results together; cells without a piece have their fill value."""
+        """Put the pieces of results together; cells without a piece have their fill value.
+
+        The `attributes` are made when they are first asked for.
+        """
         arrays = {}
         for entry in table.datasets.values():
             arrays[entry.name] = np.full(table.shape(entry.name), entry.fill, entry.memory_type)
         for name, where, values in pieces:
             arrays[name][where] = values
         in_use = tuple(scale for scale in scales if scale.name in table.dims)
-        return cls(table, in_use, arrays, about)
+        return cls(table, in_use, arrays, attributes)
+
+    @cached_property
+    def about(self) -> Mapping[str, Value]:
+        """Title, request, versions and all else that describes the whole archive."""
+        return self.attributes_of()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        about = self.about  # pickled are the attributes, not what makes them
+        return _in_memory, (self.table, self.scales, self.arrays, about)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -104,6 +116,10 @@ class InMemory:
 
     def close(self) -> None:
         """Keep the arrays: others may read them."""
+
+
+def _in_memory(table: Table, scales: Any, arrays: Any, about: Mapping[str, Value]) -> InMemory:
+    return InMemory(table, scales, arrays, lambda: about)
 
 
 def whole_pieces(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:

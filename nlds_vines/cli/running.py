@@ -7,6 +7,7 @@ import os
 import tempfile
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 from nlds_vines.archives.files import open_regular, protection
 from nlds_vines.cli.options import Parser
@@ -59,9 +60,11 @@ def existing(text: str | os.PathLike[str], option: str = "") -> Path:
     return path
 
 
-def request_path(source: object) -> Path | None:
-    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
-    return Path(str(source)) if is_path else None
+def request_path(source: Any) -> Path | None:
+    """Return the path of a request file, if a source is one."""
+    is_path = isinstance(source, os.PathLike)
+    is_name = isinstance(source, str) and source.endswith(".toml")
+    return Path(source) if is_path or is_name else None
 
 
 def check_writable(what: str, path: Path, *, archive: bool = False) -> None:

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise, product
 from typing import Any, ClassVar
 
@@ -412,7 +412,7 @@ class HistoryRequest(Request):
         period = self.systems[0].natural_period
         return max(1, round(self.duration / period)) if math.isfinite(period) else 1
 
-    @property
+    @cached_property
     def times(self) -> np.ndarray:
         """The times of a history [s], of a record those where kernels stop anyway."""
         if self.load.record and any(one.scene.has_times_of_records for one in self.systems):

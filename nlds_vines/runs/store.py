@@ -72,6 +72,11 @@ class BlockStore:
     def folder(self) -> Path:
         return Path(self.path.parent, f"{self.path.name}.{self._digest}.blocks")
 
+    @property
+    def is_in_memory(self) -> bool:
+        """Whether blocks are kept in memory, because the archive has no name."""
+        return self._in_memory is not None
+
     def file(self, key: object) -> Path:
         return self.folder / f"{key}.npz"
 

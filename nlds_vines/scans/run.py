@@ -176,7 +176,12 @@ def _results(plan: Plan, blocks: Sequence[Block], how: RunOptions, tell: Tell) -
 
 
 def _save(store: BlockStore, results: Iterator[Result], report: Report, progress: Progress) -> None:
-    """Save and count each block, while the next one is being computed."""
+    """Save and count each block; on the disk while the next one is being computed."""
+    if store.is_in_memory:
+        for block, arrays, seconds in results:
+            store.save(block.index, arrays, seconds)
+            _note(arrays, report, progress)
+        return
     with ThreadPoolExecutor(1) as writer:
         writer.submit(provenance.commit)  # asking git takes a moment: now, beside the first block
         saving = None
@@ -184,10 +189,14 @@ def _save(store: BlockStore, results: Iterator[Result], report: Report, progress
             if saving is not None:
                 saving.result()
             saving = writer.submit(store.save, block.index, arrays, seconds)
-            report.note(arrays)
-            progress.note(arrays["status"].size, report.words())
+            _note(arrays, report, progress)
         if saving is not None:
             saving.result()
+
+
+def _note(arrays: Arrays, report: Report, progress: Progress) -> None:
+    report.note(arrays)
+    progress.note(arrays["status"].size, report.words())
 
 
 def _timed(computer: Computes, block: Block) -> tuple[dict[str, np.ndarray], float]:

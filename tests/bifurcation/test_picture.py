@@ -440,6 +440,18 @@ def test_sweeps_on_two_orbits_with_equal_numbers_are_not_alike(want, tmp_path):
     assert up.which[:, 0].tolist() == down.which[:, 1].tolist() == [True] * 20 + [False] * 131
 
 
+def test_random_starts_look_like_the_attractors_that_they_are_on(tmp_path):
+    labels = np.repeat([[regime(omega)] for omega in np.linspace(5.0, 8.0, 151)], 3, axis=1)
+    labels[:, 1] = "T,0"
+    path = archive_of(tmp_path / "c.h5", start=THREE, label=labels)
+    with read(path) as view:
+        looks = looks_of(Slice(view, "omega"), np.zeros((151, 3, 1)))
+    words = ["T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", "chaos", "undetermined"]
+    assert [look.name for look in looks] == [*words[:6], CHAOS_OF_ARCHIVE, "undetermined"]
+    for look, word in zip(looks, words, strict=True):
+        np.testing.assert_array_equal(look.which, labels == word)
+
+
 def test_without_orbits_the_numbers_that_are_drawn_decide_what_is_alike(tmp_path):
     path = archive_of(tmp_path / "b.h5", ["response"], start=BOTH)
     numbers = np.zeros((151, 2, 1))

@@ -61,8 +61,6 @@ FILES = {
     "unknown parameter": (GOOD + "set.mass = 3", ["[set]", "'mass'", "m1"]),
     "negative mass": (GOOD + "set.m1 = -3", ["[set]", "m1 = -3.0", "> 0"]),
     "NaN": (GOOD + "set.C = nan", ["[set]", "C = nan", "finite"]),
-    "K beside a modulus": (GOOD + "set = { K = 1e7, E1 = 1e9 }", ["[set]", "K beside E1"]),
-    "A and B zero": (GOOD + "set = { A = 0, B = 0 }", ["A + B must be > 0"]),
     "set and varied": (GOOD + "set.omega = 6", ["[set]", "omega", "[vary]"]),
     "nothing varied": (GOOD.replace(OMEGA, ""), ["scan.toml", "[vary]", "none"]),
     "unknown axis": (GOOD.replace("omega", "omga"), ["[vary]", "'omga'", "'omega'"]),
@@ -108,7 +106,7 @@ TASKS = (
 SOME_LACK = {"--system", "--set", "--threads", "--resume", "--overwrite", "--plot", "-o"}
 NEEDED = {"response-history": ["--impulse", "1"], "transients": ["--plot", "x.png"]}
 
-READERS = ("bifurcation", "response-curves", "portrait", "continuation", "tuning", "explore")
+READERS = ("bifurcation", "continuation", "explore")
 
 # what else is wrong on a command line -> what the line must name
 LINES = {
@@ -141,9 +139,8 @@ LINES = {
     "bifurcation --shard slurm": ["SLURM_ARRAY_TASK_ID", "job array"],
     "bifurcation --shard 1/7 --overwrite": ["--shard", "--overwrite"],
     "bifurcation --shard 1/7 --scheduler local:2": ["--scheduler"],
-    "bifurcation --shard 1/7 --plot x.png": ["--plot 'x.png'", "a shard draws nothing"],
-    "bifurcation --scheduler dask": ["--scheduler 'dask'", "local:N", "tcp://"],
     "bifurcation --scheduler local:0": ["--scheduler local:N", "= 0"],
+    "bifurcation --scheduler dask": ["--scheduler 'dask'", "local:N", "tcp://"],
     "bifurcation scan.toml -o hard.h5 --overwrite": ["another file of this run"],
     "bifurcation --periods 1000000000": ["GB of memory", "fewer periods"],
     "bifurcation --periods 1000000000 --dry-run": ["GB of memory"],
@@ -161,7 +158,6 @@ LINES = {
     "portrait --resume": ["name it by -o FILE.h5"],
     "portrait --csv a.txt": ["must end in .csv"],
     "portrait --csv no/a.csv": ["there is no folder"],
-    "tuning --free k2=5": ["--free k2 = '5' must be LOW:HIGH"],
     "tuning --free k2 --free k2=1:2": ["given twice"],
     "tuning --free omega": ["unknown free parameter 'omega'"],
     "tuning --band 8:5:3": ["start = 8.0 must not be greater"],
@@ -169,11 +165,8 @@ LINES = {
     "continuation --from rest --all": ["--all and"],
     "tuning --system none": ["no damper"],
     "continuation --along omega=5": ["--along omega = '5' must be START:STOP"],
-    "continuation --along omega=9:9": ["the ends must differ"],
     "continuation --plane P=900:700": ["P from 900 to 700 N: the first must be the lesser"],
     "continuation --along x=5:9": ["unknown parameter 'x'"],
-    "continuation --plane omega=5:9": ["omega is free already"],
-    "continuation --plane P=100:200": ["must hold the system's own value"],
     "continuation --from none.h5": ["there is no such file"],
     **{f"continuation --from {word}": ["the label of a periodic orbit, such as 3T,3"]
        for word in ("banana", "chaos", "1T,1", "T1", "0T,0", "T,01")},

@@ -51,7 +51,7 @@ def errors_of(one, arc, exact):
 
 @cache
 def stepped_impacts(seed):
-    return [(one, one.approach.step(one.parts, 100)) for one in random_impacts(25, STANDARD, seed)]
+    return [(one, one.approach.step(one.parts, 100)) for one in random_impacts(12, STANDARD, seed)]
 
 
 @pytest.mark.parametrize("arc", [STANDARD, make_arc(nodes=12)], ids=["1e-9", "12 nodes"])
@@ -142,7 +142,7 @@ def test_given_nodes_are_taken_and_solve_all_that_a_tolerance_solves():
             )
     # their sweeps go on to round-off. Notices: more of them needed than there may be
     arcs = [make_arc(nodes=n) for n in (4, 8, 12, 16, 24)]
-    for one in random_impacts(20, STANDARD, seed=11):
+    for one in random_impacts(8, STANDARD, seed=11):
         assert all(one.solve(arc, True)[0] for arc in arcs)
 
 
@@ -158,13 +158,13 @@ def test_a_short_impact_errs_by_less_than_the_tolerance(tolerance):
 def size_of_all(one):
     """Return the largest other acceleration of a contact as a share of the free impact's own."""
     approach, (ps, damper, wall) = one.approach, one.parts
-    duration, now, sizes = approach.step(one.parts, 60).duration, approach.touch, []
-    for elapsed in np.linspace(0.0, duration, 40, endpoint=False):
+    duration, now, sizes = approach.step(one.parts, 20).duration, approach.touch, []
+    for elapsed in np.linspace(0.0, duration, 20, endpoint=False):
         angle, (q, s, x1, v1) = approach.phase + ps.omega * elapsed, now
         phase = math.cos(angle), math.sin(angle)
         y = x1, v1, wall.gap + q * q, s
         sizes.append(abs(accelerations(ps, damper, *y, phase[0], 0.0)[1]))
-        now = contact(side_of(one.parts), NOTHING, phase, now, duration / 40)[1:5]
+        now = contact(side_of(one.parts), NOTHING, phase, now, duration / 20)[1:5]
     return max(sizes) / (wall.kappa * (approach.speed / wall.speed) ** 1.2)
 
 
@@ -253,7 +253,7 @@ def test_backward_in_time_an_impact_is_an_impact():
 def test_a_state_errs_by_the_tolerance():
     """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
     arcs, fine = [make_arc(tolerance) for tolerance in TOLERANCES], make_arc(nodes=40)
-    for one in random_impacts(20, STANDARD, seed=5):
+    for one in random_impacts(8, STANDARD, seed=5):
         ahead, speed = one.ahead(fine), one.approach.speed
         scales = speed * ahead.took, speed, speed * ahead.took, speed
         for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
@@ -289,7 +289,7 @@ def test_the_largest_energies_are_those_of_small_steps():
     before a peak.
     """
     arcs, between = (make_arc(), make_arc()), 0  # of which each meets an impact once
-    for one in random_impacts(20, STANDARD, seed=3):
+    for one in random_impacts(12, STANDARD, seed=3):
         ahead, touch = one.ahead(arcs[0]), one.approach.touch
         ends = np.maximum(energies_of(one, *touch), energies_of(one, 0.0, *ahead.release))
         true = ends.copy()
@@ -306,7 +306,7 @@ def test_the_largest_energies_are_those_of_small_steps():
 
 def test_only_what_lasts_is_looked_at(arc):
     """Up to a time and from there on: together the largest of all. Notices: a span turned round."""
-    for one in random_impacts(10, STANDARD, seed=4):
+    for one in random_impacts(5, STANDARD, seed=4):
         touch, ahead = one.approach.touch, one.ahead(arc)
         begin, last = energies_of(one, *touch), energies_of(one, 0.0, *ahead.release)
         whole = begin.copy()

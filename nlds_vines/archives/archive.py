@@ -21,7 +21,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.files import parse_toml, write_csv
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, at, library, shown, unknown
+from nlds_vines.errors import RequestError, at, choice, library, number, shown, unknown
 from nlds_vines.errors import whole as whole_number
 
 Read = TypeVar("Read")
@@ -215,6 +215,45 @@ class ArchiveView(Outlined):
                 i = whole_number(f"{dim} of {name}", i, -length, length - 1)
             where[dim] = i
         return self._contents.values(name, tuple(where[dim] for dim in entry.dims))
+
+    def sel(self, **values: float | str) -> dict[str, np.ndarray]:
+        """Return the part of all datasets at values of dimensions.
+
+        Parameters
+        ----------
+        **values : float or str
+            A value for each dimension to select from, by name: a number inside its range, of which
+            the nearest one is taken, or one of its names, `start="up"`, `system="tmd"`.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray
+            The datasets by name without these dimensions; those without any of them are whole.
+
+        Raises
+        ------
+        RequestError
+            For an unknown dimension, a number outside of its range, or an unknown name.
+
+        Examples
+        --------
+        >>> import nlds_vines as nv
+        >>> vary = {"omega": {"values": [6.0, 6.5]}}
+        >>> scan = nv.scan("tmd", vary=vary, record=["energy"], start="both", quiet=True)
+        >>> part = scan.sel(omega=6.4, start="up")
+        >>> part["E1max"].round(1).tolist()
+        413.8
+        """
+        dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
+        places: dict[str, int] = {}
+        for dim, value in values.items():
+            if dim not in dims:
+                raise unknown(f"dimension of {self.path}:", dim, dims)
+            places[dim] = _place(dim, self[dim], value)
+        return {
+            name: self.take(name, **{k: i for k, i in places.items() if k in self.dims(name)})
+            for name in self.names
+        }
 
     @cached_property
     def attrs(self) -> dict[str, Any]:
@@ -420,6 +459,19 @@ class ArchiveView(Outlined):
         return columns
 
 
+def _place(dim: str, scale: np.ndarray, value: object) -> int:
+    """Return the place of a value in a dimension: of a name, or of the nearest number."""
+    if scale.dtype == object:
+        names = scale.tolist()
+        return names.index(choice(dim, value, names))
+    wanted = number(dim, value)
+    low, high = float(scale.min()), float(scale.max())
+    slack = 1e-9 * max(abs(low), abs(high))
+    if not low - slack <= wanted <= high + slack:
+        raise RequestError(f"{dim} = {wanted:g} lies outside {low:g} to {high:g}")
+    return int(np.abs(scale - wanted).argmin())
+
+
 def _in_words(values: np.ndarray, words: Mapping[int, str]) -> np.ndarray:
     """Return codes of an enumeration as words, without what follows a period in them."""
     short = {code: word.partition(".")[0] for code, word in words.items()}
@@ -495,6 +547,11 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
     def read(self) -> ArchiveView:
         """Open it, as `nlds_vines.read` does."""
         return read(self)
+
+    def sel(self, **values: float | str) -> dict[str, np.ndarray]:
+        """Return the part of all datasets at values of dimensions, see `ArchiveView.sel`."""
+        with self.read() as view:
+            return view.sel(**values)
 
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset` in memory, with units and flag meanings."""

@@ -57,6 +57,17 @@ class ScanArchive(ArchivePath):
         with self.read() as view:
             return scan_of(view)
 
+    def orbit(
+        self,
+        *,
+        start: int | str = 0,
+        record: Collection[str] | None = None,
+        quiet: bool = False,
+        **values: float,
+    ) -> Orbit:
+        """Return the orbit of the cell nearest to `values`, see `nlds_vines.orbit_of`."""
+        return orbit_of(self, start=start, record=record, quiet=quiet, **values)
+
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a Matplotlib figure, see `nlds_vines.plot`."""
         from nlds_vines.bifurcation.picture.drawing import PICTURE

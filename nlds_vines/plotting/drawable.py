@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError
@@ -29,6 +31,10 @@ class Drawable(Outlined):
         if self.path is None:
             raise RequestError(f"this {type(self).__name__} has no archive: it was made of arrays")
         return self.path
+
+    def sel(self, **values: float | str) -> dict[str, np.ndarray]:
+        """Return the part of all datasets at values of dimensions, see `ArchiveView.sel`."""
+        return self.archive.sel(**values)
 
     def to_xarray(self) -> Any:
         """Return all that the archive holds as an `xarray.Dataset` in memory."""

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import nlds_vines as nv
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, in_legend, quantities, usual_show
 from nlds_vines.bifurcation.request import load_scan
@@ -254,3 +255,23 @@ def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():
     assert scan.table.shape("line_amplitude") == (1201, 1, 1, LINES)
     bare = load_scan("none", {"record": {"want": ["lines"]}, "set": {}})
     assert bare.spectral.signals == ("x1",)
+
+
+@pytest.mark.kernels
+def test_parts_are_taken_by_the_values_of_dimensions(tmp_path, error_of):
+    vary = {"omega": [5.0, 6.0, 7.0]}
+    how = {"vary": vary, "start": "both", "record": ["section", "energy"], "quiet": True}
+    how["sampling"] = {"transient": 3, "periods": 2}
+    scan = nv.scan("ssul-set6", **how)
+    stored = nv.scan("ssul-set6", to=tmp_path / "a.h5", **how)
+    for one in (scan, stored):
+        part = one.sel(omega=6.4, start="down")
+        assert part["E1max"] == one["E1max"][1, 1]
+        assert (part["section"] == one["section"][1, 1]).all()
+    assert scan.sel(start="up")["E1max"].shape == (3,)
+    assert scan.sel().keys() == scan.sel(omega=5.0).keys()
+    assert "omega = 8 lies outside 5 to 7" in error_of(scan.sel, omega=8.0)
+    assert "'sideways'; allowed: up, down" in error_of(scan.sel, start="sideways")
+    assert "unknown dimension" in error_of(scan.sel, P=1.0)
+    orbit = scan.orbit(omega=6.4, start="down", quiet=True)
+    assert (orbit.section == scan["section"][1, 1]).all()

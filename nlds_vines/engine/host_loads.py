@@ -107,7 +107,10 @@ class HostLoads:
         strokes = [damper.stroke for damper in system.dampers]
         orbit = follow_load(orbits, in_cells, start, [*task.of, *strokes])
         quantities = self._quantities(system, orbits, in_cells, orbit)
-        counts = [np.count_nonzero(orbit.impacts["damper"] == d.name) for d in system.dampers]
+        counts = [
+            np.count_nonzero(orbit.impacts["damper"] == damper.name) if damper.walls else -1
+            for damper in system.dampers
+        ]
         impact_count = np.array(counts, np.int32)
         arrays = {name: np.array(values, float) for name, values in quantities.items()}
         if task.has_histories:

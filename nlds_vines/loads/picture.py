@@ -80,6 +80,8 @@ _NAME = 18  # characters of a line of a name beside a bar
 _MOST_BINS = 60
 _MOST_NAMES = 12  # records of a suite whose names stand along an axis
 _LINES = ("solid", "dashed", "dashdot", "dotted")
+# in the legend; gray is the structure alone
+_STATISTIC: dict[str, Any] = {"color": "black", "linewidth": 1.0}
 _EXACT: dict[str, Any] = {"color": GRAY, "linewidth": 0.6, "zorder": 0}  # closed forms
 _SINKS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
 _DOTS: dict[str, Any] = {"marker": "o", "markersize": 3.2, "linestyle": "none", "mfc": "white"}
@@ -463,8 +465,8 @@ def _records(axes: Axes, scan: LoadScan, name: str) -> None:
         axes.plot([-0.5, count - 0.5], [medians[place]] * 2, **line)
         line |= {"linestyle": "dotted", "label": None}
         axes.plot([-0.5, count - 0.5], [quantiles[place]] * 2, **line)
-    axes.plot([], [], color=GRAY, linewidth=1.0, label="median")
-    axes.plot([], [], color=GRAY, linewidth=1.0, linestyle="dotted", label="84 % quantile")
+    axes.plot([], [], **_STATISTIC, label="median")
+    axes.plot([], [], **_STATISTIC, linestyle="dotted", label="84 % quantile")
     axes.set_xlim(-0.5, count - 0.5)
     if count <= _MOST_NAMES:
         names = [typeset(textwrap.shorten(one, _NAME, placeholder="...")) for one in scan.loads]
@@ -527,8 +529,8 @@ def _curves(axes: Axes, scan: LoadScan, name: str) -> None:
             axes.plot(axis.values, exact, label=words, **_EXACT)
             words = None
     if scan.loads:
-        axes.plot([], [], color=GRAY, linewidth=1.0, label="median")
-        axes.plot([], [], color=GRAY, linewidth=1.0, linestyle="dotted", label="84 % quantile")
+        axes.plot([], [], **_STATISTIC, label="median")
+        axes.plot([], [], **_STATISTIC, linestyle="dotted", label="84 % quantile")
     axes.set(xlabel=_axis(request, axis.name), ylabel=_label(scan, name))
     if logarithmic(axis.values):
         axes.set_xscale("log")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support import REPO
 
-from benchmarks import accuracy, extremes, hosts, house, mutants
+from benchmarks import accuracy, extremes, hosts, house, mutants, sinks
 from benchmarks.accuracy import SOLVERS, Point, cost, points_of
 from benchmarks.extremes import EXTREMES
 from nlds_vines import load_system, simulate
@@ -65,6 +65,22 @@ def test_programs_follow_a_frame_through_an_impact(name):
     truth = hosts.ours(system, start)(hosts.FINEST, 2)
     error = np.abs(make(system, start)(1e-10, 2) - truth).max()
     assert error < 1e-7 * np.abs(state).max()
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", sinks.PROGRAMS)
+@pytest.mark.parametrize("title", ["cubic, 1:1", "cubic between rigid walls"])
+def test_programs_follow_a_sink(name, title):
+    make, package, _, _ = sinks.PROGRAMS[name]
+    pytest.importorskip(package)
+    system = sinks.systems()[title]
+    start = simulate(system, 1, transient=40, quiet=True).state.reshape(-1, 2).T.ravel()
+    follow = make(system, start, 1e-10)
+    if follow is None:
+        assert system.dampers[0].walls
+        return
+    truth = sinks.Equation(system).twin().follow(start, 2).sections[-1]
+    assert np.abs(follow(2) - truth).max() < 1e-7 * np.abs(start).max()
 
 
 def test_a_cost_is_interpolated_along_the_cheapest_settings():

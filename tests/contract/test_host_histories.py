@@ -69,6 +69,16 @@ def test_a_frame_alone_moves_under_an_earthquake_as_by_exponentials(quake):
     assert numbers["roof.x_rms"] == pytest.approx(rms, rel=1e-4)
 
 
+def test_dampers_without_walls_have_no_number_of_impacts(quake):
+    system = nv.System.from_host(FRAME, [cell(), cell("tuned", walls=())], name="both")
+    histories = nv.response_history(system, load="quake.csv", duration=6.0, quiet=True)
+    numbers = histories["both"].numbers
+    assert numbers["cell.impact_count"] > 0
+    assert numbers["tuned.impact_count"] == -1
+    assert f"impacts: {numbers['cell.impact_count']} of cell" in "\n".join(histories.lines())
+    assert "of tuned" not in "\n".join(histories.lines())
+
+
 def test_histories_of_two_cells_have_the_host_alone_beside_them_and_an_archive(quake):
     light = cell("light", 0.02, m=300.0)
     system = nv.System.from_host(FRAME, [cell(), light], name="two cells")

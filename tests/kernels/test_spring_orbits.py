@@ -340,3 +340,34 @@ def test_multipliers_are_those_of_differences(make):
     assert largest > 0.5
     assert np.abs(orbit.multipliers[0]) == pytest.approx(largest, abs=1e-8)
     assert np.abs(flow(y, 1).sections[0] - y).max() < 1e-9
+
+
+def test_wells_are_attractors():
+    """Under a weak force an orbit from each well stays in it; under a strong one it does not."""
+    weak = weakly_forced_well()
+    wells = [rest for rest in weak.rests if rest.is_stable]
+    assert [np.sign(rest.strokes["nes"]) for rest in wells] == [-1.0, 1.0]
+    for rest in wells:
+        orbit = nv.classify(weak, start=rest.state, quiet=True)
+        assert orbit.label == "T,0"
+        r = orbit.state[0] - orbit.state[2]
+        assert abs(r - rest.strokes["nes"]) < 0.1 * abs(rest.strokes["nes"])
+    strong = weak.with_(**{"force.x1": 0.02})
+    orbit = nv.simulate(strong, 50, start=wells[0].state, quiet=True)
+    r = orbit.section[:, 0] - orbit.section[:, 2]
+    assert r.min() < 0.0 < r.max()
+
+
+def test_basins_tell_wells_apart():
+    """The starts of a mass at the bottoms of both wells, and far outside: two attractors."""
+    plane = {
+        "system": weakly_forced_well(),
+        "vary": {"nes_0": {"values": [-0.15, 0.15, 0.6]}},
+        "start": {"policy": "rest"},
+        "sampling": {"transient": 400, "periods": 20},
+        "record": {"want": ["attractor"]},
+    }
+    found = nv.scan(plane, quiet=True)
+    numbers = np.asarray(found["attractor"]).ravel()
+    assert numbers[0] != numbers[1]
+    assert numbers[2] in numbers[:2]

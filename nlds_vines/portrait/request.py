@@ -12,6 +12,7 @@ from math import pi
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.provenance import PORTRAIT, Value
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.engine.solver_settings import chosen_settings, method_setting, tolerance_setting
 from nlds_vines.engine.spectrum import TAPERS
 from nlds_vines.engine.starts import starts_inside
@@ -116,14 +117,21 @@ class Window(NamedTuple):
     end: int
 
 
-@dataclass(frozen=True)
-class Column:
+@dataclass(frozen=True, repr=False)
+class Column(Outlined):
     """A column of a page, which fills some `panels`, or all if none is named."""
 
     system: Any  # System
     window: Window
     name: str = ""
     panels: tuple[str, ...] = ()
+
+    def heading(self) -> str:
+        return f"{self.system.name}, periods {self.window.begin} to {self.window.end}"
+
+    def outline(self) -> Rows:
+        """Return the panels, if not all of the page."""
+        return [("panels", ", ".join(self.panels))] if self.panels else []
 
     def fills(self, panel: str) -> bool:
         return not self.panels or panel in self.panels or word_of(panel) in self.panels

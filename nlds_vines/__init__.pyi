@@ -29,6 +29,7 @@ from nlds_vines.loads.response_spectrum import response_spectrum as response_spe
 from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.loads.result import ResponseHistories as ResponseHistories
 from nlds_vines.model.catalog import load_system as load_system
+from nlds_vines.model.catalog import system_names as system_names
 from nlds_vines.model.dampers import Damper as Damper
 from nlds_vines.model.dampers import Spring as Spring
 from nlds_vines.model.dampers import Wall as Wall
@@ -41,6 +42,8 @@ from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold
 from nlds_vines.model.spring_manifold import SpringManifold as SpringManifold
 from nlds_vines.model.system import System as System
 from nlds_vines.portrait.command import orbit_portrait as orbit_portrait
+from nlds_vines.portrait.request import PortraitRequest as PortraitRequest
+from nlds_vines.portrait.request import load_portrait as load_portrait
 from nlds_vines.portrait.result import Portrait as Portrait
 from nlds_vines.transients.basins import Basins as Basins
 from nlds_vines.transients.basins import basin_measures as basin_measures

@@ -139,6 +139,20 @@ class Orbit(Outlined):
         if others:
             yield "limits", numbers(others)
 
+    @property
+    def recurrence(self) -> int:
+        """The n of an nT orbit by recurrence: the section repeats to 1e-6; 0 if it does not."""
+        from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
+
+        section = self.section
+        if section is None and self.trajectory is not None and self.time is not None:
+            turns = self.time / self.system.period
+            samples = round(1.0 / (turns[1] - turns[0])) if turns.size > 1 else 1
+            section = self.trajectory[samples - 1 :: samples]
+        if section is None:
+            raise RequestError("the orbit holds no section: simulate with record=['section']")
+        return int(period_of(np.ascontiguousarray(section), TOLERANCE))
+
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Draw the orbit with the panels of `nlds_vines.orbit_portrait`; nothing is computed.
 

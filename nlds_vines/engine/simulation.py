@@ -6,6 +6,7 @@ import os
 from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.one_orbit import Orbit
@@ -14,6 +15,7 @@ from nlds_vines.engine.solver_settings import chosen_settings
 from nlds_vines.engine.spectrum import Spectrum, spectrum_of
 from nlds_vines.errors import RequestError, checked_names, choice, shown, truth, unknown, whole
 from nlds_vines.kernels.watch.observe import IMPACT_COLUMNS
+from nlds_vines.model.axis import real_array
 from nlds_vines.model.catalog import any_system
 from nlds_vines.model.system import System
 from nlds_vines.runs import progress
@@ -131,7 +133,9 @@ def simulate(
     return begin.follow(words, transient, periods, samples, quiet=quiet)
 
 
-def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -> Spectrum:
+def spectrum(
+    orbit: Orbit, signal: str | ArrayLike = "x1", *, window: str = "rectangular"
+) -> Spectrum:
     """Return the spectrum of a signal along an orbit.
 
     Parameters
@@ -139,10 +143,11 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     orbit : Orbit
         From `simulate` with "trajectory" in `record`.  If an nT orbit is recorded over a multiple
         of n periods, each line lies on a bin and none leaks.
-    signal : str
+    signal : str or array_like
         A component of the state, x1, v1, x2, v2 [m, m/s]; u = x2 - x1 [m]; the contact `force` on
         the damper [N]; an energy, E1 or E2 [J].  Of a host, a displacement "roof" or "roof-floor2"
         [m], its velocity "roof.v" [m/s], "cell1.stroke" [m], "cell1.force" [N], E1 or "cell1.E2".
+        Or the values of any other signal at the times of the trajectory.
     window : str
         "rectangular" or "hann".
 
@@ -175,19 +180,27 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
     """
     if not hasattr(orbit, "trajectory"):
         raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
-    chosen = orbit.system.signal(signal)
+    chosen = orbit.system.signal(signal) if isinstance(signal, str) else None
     if orbit.trajectory is None or orbit.time is None:
         raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")
     if len(orbit.time) < 2:
         raise RequestError("a trajectory of one state has no spectrum: record more periods")
     step = (orbit.time[-1] - orbit.time[0]) / (len(orbit.time) - 1)
+    if chosen is None:
+        values = real_array("signal", signal)
+        if values.shape != orbit.time.shape:
+            raise RequestError(
+                f"signal has the shape {values.shape}, the trajectory {orbit.time.size} times"
+            )
+    else:
+        values = chosen.of(orbit.trajectory)
     return spectrum_of(
-        chosen.of(orbit.trajectory),
+        values,
         round(orbit.system.period / step),
         orbit.system.parameters["omega"],
         window=window,
-        quantity=signal,
-        unit=chosen.unit,
+        quantity="values" if chosen is None else str(signal),
+        unit="1" if chosen is None else chosen.unit,
     )
 
 

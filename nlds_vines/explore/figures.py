@@ -15,11 +15,10 @@ from bokeh.document import Document
 from bokeh.models import Range1d, Span
 from bokeh.plotting import figure
 
-from nlds_vines.explore.live_orbit import Arrays, Curve, curves_of
+import nlds_vines as nv
+from nlds_vines.explore.live_orbit import HZ, RAD, Arrays, Curve, curves_of
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, classes_of, label_codes
-from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.system import System
 from nlds_vines.plotting.palette import DAMPERS
 from nlds_vines.plotting.style import GRAY, HUES
 
@@ -257,7 +256,7 @@ class OrbitFigures:
     with the number of its curve, `walls` the lines of the walls of each curve.
     """
 
-    def __init__(self, system: System, unit: str | None = RAD, of: Sequence[str] = ()) -> None:
+    def __init__(self, system: nv.System, unit: str | None = RAD, of: Sequence[str] = ()) -> None:
         scene, curves = system.scene, curves_of(system, of)
         shades, wall, by_wall = colors_of(system, curves)
         harmonic = [f"harmonic {name}" for name in system.harmonic_forces(np.zeros(1))]
@@ -370,7 +369,7 @@ class OrbitFigures:
                 line.location = place
 
 
-def colors_of(system: System, curves: Sequence[Curve]) -> tuple[list[str], str, dict[str, str]]:
+def colors_of(system: nv.System, curves: Sequence[Curve]) -> tuple[list[str], str, dict[str, str]]:
     """Return the colors of curves, of walls and sections, and of the touches of each wall.
 
     A damper of the catalog has its color of all pictures; touches have that of their damper, if it
@@ -396,7 +395,7 @@ def colors_of(system: System, curves: Sequence[Curve]) -> tuple[list[str], str, 
 
 
 def _colors_of_forces(
-    system: System, curves: Sequence[Curve], shades: Sequence[str], wall: str
+    system: nv.System, curves: Sequence[Curve], shades: Sequence[str], wall: str
 ) -> dict[str, str]:
     """Return the colors of contact forces: of a damper with a name its own, else the wall's."""
     own = {curve.words: shade for curve, shade in zip(curves, shades, strict=True)}

@@ -9,33 +9,24 @@ from __future__ import annotations
 import base64
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.engine.records import impact_type
-from nlds_vines.engine.spectrum import spectrum_of
-from nlds_vines.errors import RequestError
+import nlds_vines as nv
 from nlds_vines.explore.map_data import MOST_CURVES, Curve, curves_of
-from nlds_vines.model.catalog import system_named, system_names
-from nlds_vines.model.ratios import HZ, RAD
-from nlds_vines.model.system import System
-from nlds_vines.portrait.request import Column, PortraitRequest, Window
-from nlds_vines.portrait.result import View
-
-if TYPE_CHECKING:
-    from nlds_vines.engine.classification import Regime
 
 Arrays = dict[str, np.ndarray]
 
 SHOW, LONG = 12, 100  # forcing periods of a settled or short history, and of a longer one
 MOST_PERIODS = 2000  # the most periods of a history from the start, which take 0.05 s
 MOST_POINTS = 1000  # points of a curve over time, more than a wide panel has pixels
+
+RAD, HZ = "rad/s", "Hz"  # units of frequencies
 
 SETTLED = "settled"
 
@@ -64,28 +55,26 @@ class LiveOrbit:
     """
 
     orbit: Any  # of `simulate`, with its trajectory
-    regime: Regime | None
+    regime: nv.Regime | None
     trouble: str
     panels: Mapping[str, Arrays]
-    request: PortraitRequest
-
-    @property
-    def view(self) -> View:
-        """The window of the orbit that its portrait shows, computed again."""
-        from nlds_vines.portrait.run import views_of
-
-        return views_of(self.request)[0]
+    request: nv.PortraitRequest
 
     @property
     def label(self) -> str:
-        """The label of the regime; without a regime, the label by recurrence alone."""
-        return self.view.label if self.regime is None else self.regime.label
+        """The label of the regime; without a regime, the period by recurrence alone."""
+        if self.regime is not None:
+            return self.regime.label
+        n = self.orbit.recurrence
+        if not n:
+            return "undetermined"
+        return "T" if n == 1 else f"{n}T"
 
 
 def live_orbit(
-    system: System,
+    system: nv.System,
     start: Sequence[float] | None,
-    scan: Scan,
+    scan: nv.Scan,
     history: str = SETTLED,
     unit: str | None = RAD,
 ) -> LiveOrbit:
@@ -95,44 +84,59 @@ def live_orbit(
     a periodic orbit of an SSul NES takes 4 ms, chaos up to 0.1 s, and a history from the start 0.02
     s more per thousand periods.
     """
-    from nlds_vines.engine.classification import classify
-    from nlds_vines.engine.one_orbit import IntegrationError
-    from nlds_vines.engine.simulation import simulate
-
-    window = Window(scan.transient, scan.transient + max(scan.periods, SHOW))
+    begin, end = scan.transient, scan.transient + max(scan.periods, SHOW)
     tolerance = scan.tolerance if scan.method == "exact" else None
     how: dict[str, Any] = {"start": start, "method": scan.method, "tolerance": tolerance}
     records = ("trajectory", "impacts") if system.scene.walls else ("trajectory",)
 
     def follow(begin: int, end: int) -> Any:
         periods = end - begin
-        return simulate(system, periods, transient=begin, samples=SAMPLES, record=records, **how)
+        return nv.simulate(system, periods, transient=begin, samples=SAMPLES, record=records, **how)
 
     regime, trouble = None, ""
-    shown = {"long": LONG, "whole": min(window.begin + SHOW, MOST_PERIODS)}.get(history, SHOW)
+    shown = {"long": LONG, "whole": min(begin + SHOW, MOST_PERIODS)}.get(history, SHOW)
     try:
-        orbit = follow(*window)
+        orbit = follow(begin, end)
         try:
-            regime = classify(
+            regime = nv.classify(
                 system, transient=scan.transient, periods=scan.periods, effort=scan.effort, **how
             )
-        except (IntegrationError, RequestError) as error:
+        except (nv.IntegrationError, nv.RequestError) as error:
             trouble = str(error)
         seen = orbit if history == SETTLED else follow(0, shown)
-    except IntegrationError as error:
-        raise RequestError(str(error)) from None
+    except nv.IntegrationError as error:
+        raise nv.RequestError(str(error)) from None
     curves = curves_of(system, scan.of)
     panels = {"history": history_of(seen, curves, shown), **panels_without_time(orbit, curves)}
     multipliers = np.empty(0, complex)
     if regime is not None and regime.multipliers is not None:
         multipliers = regime.multipliers
     panels["multipliers"] = {"re": multipliers.real, "im": multipliers.imag}
-    request = PortraitRequest(
-        system.in_words(), (Column(system, window),), of=scan.of[:MOST_CURVES],
-        start=None if start is None else tuple(start), samples=SAMPLES, method=scan.method,
-        tolerance=tolerance, frequency=HZ if unit == HZ else RAD,
-    )  # fmt: skip
+    request = _portrait_request(system, start, scan, (begin, end), unit)
     return LiveOrbit(orbit, regime, trouble, panels, request)
+
+
+def _portrait_request(
+    system: nv.System,
+    start: Sequence[float] | None,
+    scan: nv.Scan,
+    window: tuple[int, int],
+    unit: str | None,
+) -> nv.PortraitRequest:
+    sampling: dict[str, Any] = {"windows": [window], "samples": SAMPLES, "method": scan.method}
+    if scan.method == "exact":
+        sampling["tolerance"] = scan.tolerance
+    shown: dict[str, Any] = {"frequency": HZ if unit == HZ else RAD}
+    if scan.of:
+        shown["of"] = list(scan.of[:MOST_CURVES])
+    document = {
+        "title": system.in_words(),
+        "system": system,
+        "start": {"policy": "rest"} if start is None else {"state": list(start)},
+        "sampling": sampling,
+        "portrait": shown,
+    }
+    return nv.load_portrait(document)
 
 
 def history_of(orbit: Any, curves: Sequence[Curve], periods: int) -> Arrays:
@@ -177,17 +181,15 @@ def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays
     `MOST_PHASE_PERIODS`.  The section at impact has phases [rad] and for each wall speeds [m/s].
     The spectrum is that of the last body's displacement.
     """
-    from nlds_vines.kernels.orbit.repetition import TOLERANCE, period_of
-
     system = orbit.system
     states = orbit.trajectory
     section = np.ascontiguousarray(states[SAMPLES - 1 :: SAMPLES])
-    n = int(period_of(section, TOLERANCE))
+    n = orbit.recurrence
     cycle, usable = n or len(section), len(states) - len(states) % (max(n, 1) * SAMPLES)
     *_, last_body = (curve for curve in curves if not curve.is_apart)
-    values = last_body.of(states[len(states) - usable :])
-    about = {"window": "rectangular", "quantity": last_body.words, "unit": "m"}
-    spectrum = spectrum_of(values, SAMPLES, system.parameters["omega"], **about)
+    sampled = slice(len(states) - usable, None)
+    whole_cycles = replace(orbit, trajectory=states[sampled], time=orbit.time[sampled])
+    spectrum = nv.spectrum(whole_cycles, last_body.of(whole_cycles.trajectory))
     wanted = (spectrum.order > 0) & (spectrum.order <= HIGHEST)
     amplitude = spectrum.amplitude[wanted]
     floor = _FLOOR * max(float(amplitude.max(initial=0.0)), 1e-300)
@@ -203,17 +205,17 @@ def panels_without_time(orbit: Any, curves: Sequence[Curve]) -> dict[str, Arrays
     }
     amplitudes = np.maximum(amplitude, floor)
     panels["spectrum"] = {"order": spectrum.order[wanted], "amplitude": amplitudes}
-    last = orbit.impacts
-    if last is None:
-        last = np.zeros(0, impact_type(system.scene))
-    last = last[last["touch"] > orbit.time[-1] - cycle * system.period]
-    panels["touches"] = {"phase": 2.0 * np.pi * (last["touch"] / system.period % 1.0)}
-    for wall, is_there in system.scene.touches_at(last).items():
-        panels["touches"][wall] = np.where(is_there, last["speed"], np.nan)
+    panels["touches"] = {"phase": np.empty(0)}
+    if orbit.impacts is not None:
+        is_last = orbit.impacts["touch"] > orbit.time[-1] - cycle * system.period
+        last = orbit.impacts[is_last]
+        panels["touches"]["phase"] = 2.0 * np.pi * (last["touch"] / system.period % 1.0)
+        for wall, is_there in system.scene.touches_at(last).items():
+            panels["touches"][wall] = np.where(is_there, last["speed"], np.nan)
     return panels
 
 
-def words_of(regime: Regime) -> str:
+def words_of(regime: nv.Regime) -> str:
     n, k = regime.period, regime.impacts
     each = "forcing period" if n == 1 else f"{n} forcing periods"
     impacts = f"{k} impact{'s' * (k > 1)} in this time" if k else "no impact"
@@ -226,7 +228,7 @@ def words_of(regime: Regime) -> str:
     }.get(regime.kind, regime.kind)
 
 
-def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
+def evidence_of(regime: nv.Regime) -> Iterator[tuple[str, str]]:
     """Yield the evidence for a label as pairs (quantity, value in words)."""
     if regime.period and regime.multipliers is not None:
         yield "closes to", f"{regime.residual:.1e} (relative)"
@@ -252,19 +254,19 @@ def evidence_of(regime: Regime) -> Iterator[tuple[str, str]]:
         yield "if transient", f"a mean life of {regime.least_lifetime:.0f} periods at least (95 %)"
 
 
-def portrait_command(request: PortraitRequest) -> str:
+def portrait_command(request: nv.PortraitRequest) -> str:
     """Return the command that draws a portrait: of a changed catalog system, or else of a file."""
     (column,) = request.columns
     system = column.system
-    if system.name not in system_names():
+    if system.name not in nv.system_names():
         return f"nlds-vines portrait {PORTRAIT_FILE}"
-    base = system_named(system.name)
+    base = nv.load_system(system.name)
     if not system.has_parts_of(base):
         return f"nlds-vines portrait {PORTRAIT_FILE}"
     changed = system.changes_from(base)
     try:
         is_repeated = base.with_(**changed).parameters == system.parameters
-    except RequestError:
+    except nv.RequestError:
         is_repeated = False
     if not is_repeated:
         return f"nlds-vines portrait {PORTRAIT_FILE}"
@@ -286,11 +288,7 @@ def portrait_command(request: PortraitRequest) -> str:
 
 def picture(orbit: LiveOrbit) -> str:
     """Return the portrait as a PNG in base64."""
-    from nlds_vines.plotting.chosen_panels import save_figure
-    from nlds_vines.portrait.picture import portrait
-
-    request, view = orbit.request, orbit.view
     with TemporaryDirectory() as folder:
-        path, origin = Path(folder) / PICTURE_FILE, ("recipe_hash", request.hash)
-        save_figure(portrait(request, [view]), path, request.title, origin)
+        path = Path(folder) / PICTURE_FILE
+        nv.orbit_portrait(orbit.request, to=path, quiet=True)
         return base64.b64encode(path.read_bytes()).decode()

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from html import escape
+from math import isfinite
 from typing import Any
 
 from bokeh import events
@@ -19,13 +20,19 @@ from bokeh.document import Document
 from bokeh.layouts import column, row
 from bokeh.models import Button, CustomJS, CustomJSTickFormatter, NumericInput, Select, Slider
 
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.result import CellStart
-from nlds_vines.errors import RequestError, number, printable
+import nlds_vines as nv
 from nlds_vines.explore import figures, live_orbit, map_view
 from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.page_state import READY, Chosen, Opened, Refining, SliderSpec, sliders_of
+from nlds_vines.explore.page_state import (
+    READY,
+    CellStart,
+    Chosen,
+    Opened,
+    Refining,
+    SliderSpec,
+    sliders_of,
+)
 
 # the least time between two images of a map under way: seconds, multiples of the painting time
 PROGRESS_SECONDS, PROGRESS_SHARE = 0.4, 10.0
@@ -36,8 +43,8 @@ _VALUE_TEXT = "const plain = `${tick}`; return plain.length <= 10 ? plain : tick
 
 
 def in_words(error: Exception) -> str:
-    words = printable(str(error))
-    is_plain = isinstance(error, RequestError) and words
+    words = "".join(letter if letter.isprintable() else " " for letter in str(error))
+    is_plain = isinstance(error, nv.RequestError) and words
     return words if is_plain else f"{type(error).__name__}: {words}"
 
 
@@ -240,7 +247,9 @@ class Page:
         before, spec = dict(self.chosen.free), self.sliders[name][0]
         try:
             one = self.chosen.results.shown(name)[1]
-            self.chosen.free[name] = number(spec.entry.name, value) * one
+            if value is None or not isfinite(value):
+                raise nv.RequestError(f"{spec.entry.name} must be a finite number")
+            self.chosen.free[name] = value * one
             self.follow()
         except Exception:
             self.chosen.free = before
@@ -394,7 +403,7 @@ class Page:
         ]
         self.compute_map(self.chosen.part(ranges), beneath=True)
 
-    def compute_map(self, scan: Scan, beneath: bool) -> None:
+    def compute_map(self, scan: nv.Scan, beneath: bool) -> None:
         """Compute a map, with the map before `beneath` it or without, and show it meanwhile."""
         if self.job is not None:
             self.job.cancelled = True
@@ -484,7 +493,7 @@ class Page:
 
     def draw(self) -> None:
         if (orbit := self.orbit) is None:
-            raise RequestError("there is no orbit to draw yet")
+            raise nv.RequestError("there is no orbit to draw yet")
         self.say_trouble("drawing the picture ...")
 
         def work() -> None:  # in the thread of all orbits

@@ -39,7 +39,19 @@ def _document() -> Mapping[str, Any]:
 
 
 def system_names() -> tuple[str, ...]:
-    """Return the names of all systems that come with the program."""
+    """Return the names of all systems that come with the program.
+
+    Returns
+    -------
+    tuple of str
+        Names that `load_system` takes, first those of the paper.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> nv.system_names()[:3]
+    ('none', 'tmd', 'ssul-set1')
+    """
     return (*catalog(), *_document()["hosts"])
 
 

@@ -471,9 +471,33 @@ def load_portrait(
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> PortraitRequest:
-    """Return the request of a TOML file, of its content, or of a system or its name.
+    """Return the request of a portrait, checked.
 
-    The `changes` override it entry by entry; `changes_from` names them in errors.
+    Parameters
+    ----------
+    source : str, path-like, mapping or System, optional
+        A request file (.toml), its content, or a system or its name; by default SSul NES Set 6.
+    changes : mapping, optional
+        Tables and keys that override those of the request, entry by entry.
+    changes_from : str, optional
+        The name of the changes in errors.
+
+    Returns
+    -------
+    PortraitRequest
+        The request, which `orbit_portrait` takes.
+
+    Raises
+    ------
+    RequestError
+        If an entry is unknown or not allowed.
+
+    Examples
+    --------
+    >>> import nlds_vines as nv
+    >>> request = nv.load_portrait("ssul-set6", {"sampling": {"windows": [[600, 612]]}})
+    >>> request.columns[0].window.begin
+    600
     """
     request = FORM.read(SYSTEM if source is None else source, changes, changes_from)
     times = request.of(Times)

@@ -57,7 +57,7 @@ CALLS = {
     "Wall": {"gap": 0.1, "K": 1e5}, "Spring": {"k3": 1e5}, "slow_manifold": {"system": "ssul-set6"},
     "read": {"path": "a.h5"}, "open_archive": {"path": "a.h5"}, "orbit_of": {"archive": "a.h5"},
     "basin_measures": {"archive": "a.h5"}, "ensemble_of": {"archive": "a.h5"},
-    "panels": {"archive": "a.h5"},
+    "panels": {"archive": "a.h5"}, "load_portrait": {"source": "ssul-set6"},
 }  # fmt: skip
 """Public functions with arguments that are right; one at a time is replaced."""
 

@@ -271,3 +271,20 @@ def test_the_dimension_of_kaplan_and_yorke_and_what_contacts_forget():
     vectors, logs = classification._orthonormalized(np.array([[3.0, 4.0], [6.0, 8.0]]))
     np.testing.assert_array_equal(vectors, [[0.6, 0.8], [0.0, 0.0]])
     np.testing.assert_array_equal(logs, [np.log(5.0), -np.inf])
+
+
+def test_any_values_along_a_trajectory_have_a_spectrum(error_of):
+    """And the period by recurrence, of a section or of a trajectory alone."""
+    system = nv.load_system("ssul-set6", omega=5.5)
+    record = ("trajectory", "impacts")
+    orbit = nv.simulate(system, 8, transient=200, samples=64, record=record, quiet=True)
+    states = orbit.trajectory
+    own = nv.spectrum(orbit, states[:, 2] - states[:, 0])
+    np.testing.assert_array_equal(own.amplitude, nv.spectrum(orbit, "u").amplitude)
+    assert orbit.recurrence == 1
+    assert "the trajectory 512 times" in error_of(nv.spectrum, orbit, states[1:, 0])
+    assert "signal" in error_of(nv.spectrum, orbit, [None])
+    bare = replace(orbit, trajectory=None, time=None)
+    with pytest.raises(nv.RequestError, match="holds no section"):
+        _ = bare.recurrence
+    assert replace(bare, section=states[63::64]).recurrence == 1

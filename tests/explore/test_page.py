@@ -108,10 +108,10 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
     _, slider, exact = page.sliders["P"]
     exact.value = 333.0
     seen.settle()
-    assert page.orbit.view.column.system.parameters["P"] == 333.0
+    assert page.orbit.orbit.system.parameters["P"] == 333.0
     slider.value = 712.34
     seen.settle()
-    assert page.orbit.view.column.system.parameters["P"] == 712.34
+    assert page.orbit.orbit.system.parameters["P"] == 712.34
     page.sliders["m1"][2].value = -1.0
     assert "m1" in page.trouble.text
     assert page.sliders["m1"][2].value > 0
@@ -120,7 +120,7 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(seen):
     assert page.sliders["C"][1].css_classes == ["changed"]
     seen.do(page.take_original)
     original = page.chosen.results.values_of((2, 2))["P"]
-    assert page.orbit.view.column.system.parameters["P"] == original
+    assert page.orbit.orbit.system.parameters["P"] == original
     assert page.sliders["C"][1].css_classes == []
 
 

@@ -21,6 +21,7 @@ from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Refining, finer, 
 from nlds_vines.explore.report_page import report_page, section_points
 from nlds_vines.plotting.palette import colors
 from nlds_vines.portrait.request import load_portrait
+from nlds_vines.portrait.run import views_of
 from scans import archived, unfilled
 
 SAMPLING = load_scan(None, {"sampling": MAP["sampling"]})
@@ -214,7 +215,7 @@ def test_the_section_is_that_of_simulate_with_multipliers_in_the_unit_circle(orb
     assert len(panel["re"]) == 4
     assert (np.hypot(panel["re"], panel["im"]) < 1).all()
     # a history holds all of every contact
-    history, view = orbit.panels["history"], orbit.view
+    history, (view,) = orbit.panels["history"], views_of(orbit.request)
     assert len({len(values) for values in history.values()}) == 1
     t = history["t"]
     assert t[0] > 60
@@ -234,7 +235,7 @@ def test_the_section_at_impact_is_that_of_simulate(name, omega):
     assert list(panel) == ["phase", *system.scene.wall_words]
     end = 60 + max(30, live.SHOW)
     impacts = nv.simulate(system, 30, transient=60, record=("impacts",)).impacts
-    last = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
+    last = impacts[impacts["touch"] > (end - views_of(orbit.request)[0].cycle) * system.period]
     assert len(panel["phase"]) == len(last)
     for wall in system.scene.wall_words:
         rows = last[last["wall"] == wall]

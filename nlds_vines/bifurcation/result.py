@@ -244,7 +244,8 @@ def orbit_of(
     """Return the orbit of a cell of a scan's archive, equal to that of the scan to the last bit.
 
     The orbit is computed again, over the transient and the periods of the scan; in a sweep, all
-    cells before it are, too.
+    cells before it are, too.  Without walls it is equal to round-off, if the scan recorded energies
+    or peaks: the search for the largest ones ends steps of the motion.
 
     Parameters
     ----------

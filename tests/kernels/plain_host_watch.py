@@ -30,7 +30,8 @@ def test_derivatives_stay_within_their_bounds_in_a_coarse_cell(force):
     body, names = orbits.body, ["roof", "floor5-floor1", "cell"]
     records = orbits.records(True, names)
     grid, _ = host_grid(body, 1)
-    watch, A, size = host_watch(body, grid, records), matrix_of(body), body.size
+    watch = host_watch(body, grid, orbits.walls, records)
+    A, size = matrix_of(body), body.size
     coarse, y, drive = grid.h * 2**grid.levels, orbits.start(START), np.array([0.8, -0.6])
     bound_rates(body, grid, watch, y, drive)
     bounds = watch.bounds.reshape(DERIVATIVES, -1)

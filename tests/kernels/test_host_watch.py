@@ -21,7 +21,11 @@ def test_a_host_of_one_degree_of_freedom_has_the_energies_of_one_damper(name, ch
     host, options["start"] = as_host(system), rest_of(system)
     orbit = nv.simulate(host, 3, transient=4, record=RECORD, of=["x"], **options)
     plain = nv.simulate(host, 3, transient=4, **options)
-    assert np.array_equal(orbit.section, plain.section)  # to the last bit
+    alone = nv.simulate(host, 3, transient=4, record=["section", "energy"], **options)
+    for one in (orbit, alone):
+        assert np.array_equal(one.section, plain.section)  # to the last bit
+    assert alone.E1max == pytest.approx(exact.E1max, rel=1e-11)
+    assert alone.E2max[0] == pytest.approx(exact.E2max or 0.0, rel=1e-11)
     assert orbit.E1max == pytest.approx(exact.E1max, rel=1e-11)
     assert orbit.E2max[0] == pytest.approx(exact.E2max or 0.0, rel=1e-11)
     values = orbit.response
@@ -98,6 +102,9 @@ def test_largest_values_are_those_of_many_samples(seed):
     own = 0.5 * (np.einsum("ti,ij,tj->t", v[:, :n], host.M, v[:, :n])
                  + np.einsum("ti,ij,tj->t", x[:, :n], host.K, x[:, :n]))  # fmt: skip
     between(own, orbit.E1max)
+    alone = nv.simulate(system, 2, record=["energy"], **options)  # in other cells
+    assert alone.E1max == pytest.approx(orbit.E1max, rel=1e-10)
+    assert alone.E2max == pytest.approx(orbit.E2max, rel=1e-10)
     place = n
     for damper, largest in zip(system.dampers, orbit.E2max, strict=True):
         if damper.m is None:

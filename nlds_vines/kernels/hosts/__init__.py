@@ -10,7 +10,8 @@ In reading order:
     spring_cells     flight under them in long cells, by an integral equation
     walls            walls of all laws, and the state and the forces of those in contact
     host_flight      from a state to the next touch
-    host_watch       largest energies and the response of rows, in flight and in contact
+    host_energies    the largest energies along flights and in short impacts
+    host_watch       the response of rows, and records of contacts that are stepped
     host_variations  derivatives in flight, in contacts, and where the motion jumps
     host_impact      a short impact by scalars of the gap, which acts as a jump
     host_contact     from touch to release, several walls at once

@@ -113,13 +113,15 @@ def matrix_of(body):
 
 
 @jit
-def pairs_of(body, a):
+def pairs_of(body, a, least):
     """Return (scales, matrix, back): w of each pair, A by pairs, and coordinates by pairs.
 
+    least: w [1/s] of a pair without stiffness.
+
     Pairs are (w x, v) of modes and (w r, s) of the links of masses. Link j of a mass is that of
-    coordinate modes + j: r = (its part of the host) - u. A pair without stiffness has w = 0; its
-    place has no effect on any rate. A negative stiffness counts as a positive one, and the pair
-    grows (`growth_of`). The numbers of the drive stay as they are.
+    coordinate modes + j: r = (its part of the host) - u. The place of a pair without stiffness has
+    no effect on any rate: with w = 0 it counts for nothing. A negative stiffness counts as a
+    positive one, and the pair grows (`growth_of`). The numbers of the drive stay as they are.
     """
     n, size = body.modes, body.size
     squares = np.zeros(size)
@@ -141,6 +143,9 @@ def pairs_of(body, a):
                 back[mass, j] = back[size + mass, size + j] = body.rows[row + j]
             back[mass, mass] = back[size + mass, size + mass] = -1.0
     scales = np.sqrt(squares)
+    for i in range(size):
+        if scales[i] == 0.0:
+            scales[i] = least
     # `back` is its own inverse: u = w q - r and r = w q - u
     paired = times(times(back, a), back)
     for i in range(size):
@@ -238,7 +243,7 @@ def host_grid(body, stops):
     N, D = 2 * size, body.drives
     is_harmonic = body.paces[D - 1] != 0.0
     a = matrix_of(body)
-    scales, paired, back = pairs_of(body, a)
+    scales, paired, back = pairs_of(body, a, 0.0)
     growth = growth_of(paired, size)
     fastest = omega
     for i in range(size):

@@ -49,6 +49,7 @@ from ..scene.law import (
 )
 from ..watch.touch import AT_R, NOWHERE
 from .body import accelerate, along, differentiate, integrate, move, push_link, put_at_theta
+from .host_energies import is_impact_below
 from .host_flight import (
     LOST_TOUCH,
     carry,
@@ -58,7 +59,7 @@ from .host_flight import (
     touch_at,
     touch_in,
 )
-from .host_impact import bounce, deepest, vary_short
+from .host_impact import OF_MOMENTS, bounce, deepest, vary_short
 from .host_variations import (
     remember,
     vary_after_impact,
@@ -978,9 +979,10 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
         host.scratch,
     )
     (j, x, place), (stop, origin), active = touch, limits, contacts.active
-    is_followed = varied is not None
+    is_followed = is_watched = False
     if watch is not None:
-        is_followed = is_followed or watch.is_on[0] > 0.0
+        is_watched = watch.is_on[0] > 0.0
+    is_followed = varied is not None or is_watched
     if is_followed:
         for i in range(2 * body.size):
             scratch.touch[i] = y[i]
@@ -995,6 +997,16 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
         is_followed = not vary_short(host, varied, wall, arc, took)
     if is_followed:
         carry(body, grid, scratch, (j, x), (begun, begun_x), scratch.touch)
+    if watch is not None and is_watched and watch.rows == 0:
+        for i in range(2 * body.size):
+            scratch.begin[i] = y[i]
+        left, left_x, base, shift = places
+        carry(body, grid, scratch, (base, shift), (left, left_x), scratch.begin)
+        impulse = host.short.numbers[OF_MOMENTS]
+        ends = (begun, begun_x), (left, left_x)
+        duration = took * arc.tick
+        is_followed = not is_impact_below(host, watch.alone, wall, impulse, duration, ends)
+    if is_followed:
         active[0], active[1], contacts.rows[wall] = 1, wall, -1
         contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
         from_there = begun, begun_x, stop, origin

@@ -90,7 +90,7 @@ def put_load(grid, load, p):
 def run_cells(flow, load, ends, state, section, records):
     """Advance a state through cells of equal length, with the walls in contact as they are."""
     host, y, (first, last) = bare(flow.host), bare(state), ends
-    prepared = host_watch(flow.host.body, flow.host.grid, records)
+    prepared = host_watch(flow.host.body, flow.host.grid, flow.host.walls, records)
     watch = bare(prepared)
     if records is not None:
         watch.is_on[0] = 1.0

@@ -38,6 +38,7 @@ from .host_contact import (
     take_at_once,
     width_of,
 )
+from .host_energies import note_energies
 from .host_flight import (
     FLOWN,
     LOST_TOUCH,
@@ -243,7 +244,7 @@ def run_host(body, walls, contacts, span, state, section, impacts, records):
         return status
     whole = new_host_state(flow)
     place_host_state(flow, state, whole)
-    watch = host_watch(flow.host.body, flow.host.grid, records)
+    watch = host_watch(flow.host.body, flow.host.grid, flow.host.walls, records)
     status = run(flow, None, watch, span, whole, section)
     for i in range(len(state)):
         state[i] = whole[i]
@@ -330,11 +331,12 @@ def run_part(host, varied, watch, ends, origin, y):
     j, x, base, shift = first, 0.0, first, 0.0
     while j < stop:
         if contacts.active[0] == 0:
-            begun = j, x
+            begun, left_from = (j, x), (base, shift)
             if is_followed:
                 for i in range(2 * body.size):
                     scratch.begin[i] = y[i]
-                carry(body, grid, scratch, (base, shift), begun, scratch.begin)
+                carry(body, grid, scratch, left_from, begun, scratch.begin)
+                put_base(watch, y, 2 * body.size)
             wall, base, shift, place = fly(
                 body, grid, walls, scratch, None, (j, x, base, shift), stop, y
             )
@@ -346,7 +348,10 @@ def run_part(host, varied, watch, ends, origin, y):
             if varied is not None and varied.clearance[0] > 0.0:
                 note_misses(body, grid, walls, scratch, varied.clearance, begun, (j, x))
             if watch is not None:
-                note_flight(host, watch, begun, (j, x))
+                for i in range(2 * body.size):
+                    scratch.touch[i] = y[i]
+                carry(body, grid, scratch, (base, shift), (j, x), scratch.touch)
+                note_flight(host, watch, left_from, begun, (j, x))
             if wall == FLOWN:
                 return OK
             touches += 1
@@ -500,9 +505,23 @@ def step_beside(host, varied, watch, places, y):
 
 
 @jit
-def note_flight(host, watch, begun, ended):
-    """Note a flight without touches between two places (j, x) from `scratch.begin` on."""
+def put_base(watch, y, length):
+    """Keep the base of a flight for `note_energies`."""
+    if watch is not None:
+        for i in range(length):
+            watch.alone.base[i] = y[i]
+
+
+@jit
+def note_flight(host, watch, base, begun, ended):
+    """Note a flight without touches between two places (j, x) from `scratch.begin` on.
+
+    base: the place of its base; `scratch.touch` is the state at its end.
+    """
     if watch.is_on[0] == 0.0:
+        return
+    if watch.rows == 0:
+        note_energies(host, watch.alone, base, begun, ended)
         return
     body, grid, walls, contacts, _, scratch, _, _ = host
     (j, x), (last, rest), y, end, drive = begun, ended, scratch.begin, scratch.end, scratch.drive

@@ -1,5 +1,7 @@
 """Largest energies of a host and of its dampers' masses, and the response of rows.
 
+Without rows flights and short impacts are the work of `host_energies`.
+
 The energy of the host is E1 = (V V + squares X X) / 2 over its modes, that of a mass with its
 displacement u is E2 = (m u'^2 + k u^2) / 2, as in eq. (6), and with a spring that is not linear
 m u'^2 / 2 + k r^2 / 2 + G(r) (`springs`). A row w is a displacement w X + g f with
@@ -32,6 +34,7 @@ from ..scene.law import HIGHEST
 from ..watch.response import may_peak
 from .body import accelerate, along, differentiate
 from .grid import exponential, growth_of, matrix_of, pairs_of, times
+from .host_energies import coordinates_of, host_energies
 from .springs import add_potential
 
 DERIVATIVES = 6  # of V that are bounded, from V itself to the 4th derivative of X''
@@ -63,6 +66,7 @@ class HostWatch(NamedTuple):
     growth: Any  # pairs * pairs: exp(G h) of a coarse cell; the numbers of the force are pairs, too
     grams: Any  # (levels + 1) * rows * (N + D)^2: of integrals of squares over a cell, lower halves
     is_on: Any  # (1,) 1 while records are kept
+    alone: Any  # `host_energies.Energies`: without rows, the largest energies along flights
     jet: Any  # (DERIVATIVES + 1) * size: X and its derivatives at an instant
     force: Any  # (drives,) a derivative of the force there
     values: Any  # 4 count: quantities and rates at the beginning and end of a cell
@@ -72,13 +76,13 @@ class HostWatch(NamedTuple):
 
 
 @jit
-def host_watch(body, grid, records):
+def host_watch(body, grid, walls, records):
     """Return the `HostWatch` of records, or None if there are none."""
     if records is None:
         return None
     size, rows, a = body.size, len(records.squares), matrix_of(body)
     energies = 1 + size - body.modes if len(records.masses) > 0 else 0
-    _, paired, _ = pairs_of(body, a)
+    _, paired, _ = pairs_of(body, a, 0.0)
     growth = exponential(growth_of(paired, size) * (grid.h * (1 << grid.levels)))
     pairs, total, D = len(growth), len(a), body.drives
     grams = np.zeros((grid.levels + 1) * rows * total * total)
@@ -106,21 +110,15 @@ def host_watch(body, grid, records):
                     grams[at + i * total + j] = (2.0 if j < i else 1.0) * gram[i, j]
             gram += times(times(np.ascontiguousarray(step.T), gram), step)
             step = times(step, step)
+    alone = host_energies(body, grid, walls, records.masses, records.springs, records.peaks)
     return HostWatch(
-        records, energies, rows, count, growth.ravel(), grams, np.zeros(1),
+        records, energies, rows, count, growth.ravel(), grams, np.zeros(1), alone,
         np.zeros((DERIVATIVES + 1) * size), np.zeros(D), np.zeros(4 * count),
         np.zeros(pairs), np.zeros(DERIVATIVES * pairs), np.zeros(DEGREE + HIGHEST + 2),
     )  # fmt: skip
 
 
 # ---- quantities at an instant, and their bounds in a cell ----------------------------------------
-
-
-@jit
-def coordinates_of(body, energy):
-    """Return the first coordinate in an energy, and that behind its last one."""
-    n = body.modes
-    return (0, n) if energy == 0 else (n + energy - 1, n + energy)
 
 
 @jit

@@ -264,7 +264,7 @@ def spring_cells(body, grid, walls, stops):
         longest *= 0.5
     has_walls = walls.number > 0
     a = matrix_of(body)
-    scales, paired, back = pairs_of(body, a)
+    scales, paired, back = pairs_of(body, a, 0.0)
     growth = growth_of(paired, body.size)
     free = np.zeros(LEVELS * links * total * CELL_NODES)
     free_few = np.zeros(LEVELS * springs * total * FEW)

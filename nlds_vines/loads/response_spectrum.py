@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from nlds_vines.archives.files import Csv
 from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, library, number, shown
+from nlds_vines.loads.floor_motion import Histories, floor_motion
 from nlds_vines.model.loads.record import Record
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 PERIODS = 100  # default number of periods of a spectrum
 LONGEST = 5.0  # default longest period [s], at least twice the shortest
+PULSE = 1e-4  # width of the pulse of a rigid impact, in units of the shortest period
 SUBSTEPS = 24  # evaluations in a period at least: cubics between them have a relative error of 1e-5
 
 
@@ -98,22 +100,30 @@ class ResponseSpectrum(Csv, Outlined):
 
 
 def response_spectrum(
-    record: str | os.PathLike[str] | Mapping[str, Any] | Record,
+    record: str | os.PathLike[str] | Mapping[str, Any] | Record | Histories,
     zeta: float = 0.05,
     periods: ArrayLike | None = None,
+    of: str = "",
+    system: str = "",
 ) -> ResponseSpectrum:
-    """Compute the response spectrum of a record.
+    """Compute the response spectrum of a record, or of a floor in a response history.
 
     Parameters
     ----------
-    record : path-like, mapping or Record
+    record : path-like, mapping, Record or ResponseHistories
         The path of a record's file; or the table `[load.record]` of a request: `times` [s] and
-        `values`, or `file`, with `dt`, `unit` and its other keys.
+        `values`, or `file`, with `dt`, `unit` and its other keys; or response histories, together
+        with `of`.
     zeta : float, optional
         Damping ratio, 0 <= zeta < 1.
     periods : array_like, optional
         Undamped natural periods [s]; by default 100 from the step of the record, at least 0.01 s,
         to 5 s (or twice the shortest), geometrically spaced. Each must be positive.
+    of : str, optional
+        Of response histories, the absolute acceleration of a floor, ``"roof.a"``: the spectrum is
+        that of equipment on this floor.
+    system : str, optional
+        The name of the system whose history is meant; not needed if only one has dampers.
 
     Returns
     -------
@@ -123,7 +133,8 @@ def response_spectrum(
     Raises
     ------
     RequestError
-        If the record cannot be read or is a force, or if a value is out of range.
+        If the record cannot be read or is a force, or if a value is out of range; if a history has
+        no such floor, or too few samples for the force of a contact.
 
     Notes
     -----
@@ -136,6 +147,12 @@ def response_spectrum(
 
     p1(z) = (exp(z) - 1) / z, p2(z) = (p1(z) - 1) / z.  Between the places at which it is evaluated,
     the largest value is that of a cubic, with an error of 1e-5.
+
+    The acceleration of a floor is joined by lines between the instants of its history;
+    ``sampling={"samples": 256}`` of `response_history` makes them denser.  At each impact on a
+    rigid wall the velocity of the floor jumps by the wall's impulse; the oscillators take that as a
+    pulse of 1e-4 of the shortest period.  The largest acceleration of the floor is then infinite,
+    that of equipment is not.
 
     References
     ----------
@@ -151,6 +168,10 @@ def response_spectrum(
     >>> np.round(spectrum.absolute_acceleration, 4)
     array([2.])
     """
+    motion = None
+    if of or system or hasattr(record, "results"):
+        motion = floor_motion(record, of, system)
+        record = motion.record
     if not isinstance(record, Record):
         record = Record.of(os.fspath(record) if isinstance(record, os.PathLike) else record)
     if not record.is_acceleration:
@@ -164,6 +185,8 @@ def response_spectrum(
     periods = np.atleast_1d(np.asarray(periods, dtype=float))
     if periods.ndim != 1 or not (np.isfinite(periods) & (periods > 0.0)).all():
         raise RequestError(f"periods = {shown(periods.tolist())} must be positive numbers [s]")
+    if motion is not None:
+        times, values = motion.with_pulses(PULSE * float(periods.min()))
     peaks = [_peaks(np.diff(times), values, zeta, period) for period in periods.tolist()]
     return ResponseSpectrum(record, zeta, periods, *np.array(peaks).reshape(-1, 2).T)
 

@@ -59,8 +59,9 @@ def test_the_largest_force_is_that_at_the_largest_depth(other):
     assert several > 100
 
 
-@pytest.mark.parametrize(("exponent", "omega"), [(1.05, 9.0), (1.1, 12.25), (1.43, 7.5)])
-@pytest.mark.parametrize("damping", [0.0, 0.7])
+@pytest.mark.parametrize(
+    ("exponent", "omega", "damping"), [(1.05, 9.0, 0.7), (1.1, 12.25, 0.0), (1.43, 7.5, 0.7)]
+)
 def test_the_largest_acceleration_and_force_are_those_of_scipy(exponent, omega, damping):
     law = {"law": "power", "K": 2e4, "exponent": exponent, "hunt_crossley": damping}
     system = overlapping(law, BESIDE["linear"], omega)

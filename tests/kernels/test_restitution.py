@@ -218,10 +218,10 @@ class Twin:
 
 
 def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
-    """From 1,000 random starts."""
+    """From 300 random starts."""
     rng = np.random.default_rng(14)
     stuck = 0
-    while stuck < 1000:
+    while stuck < 300:
         case = {"omega": rng.uniform(0.2, 0.6), "e": rng.uniform(0.05, 0.8)}
         system = oscillator(case, rng.uniform(1.5, 4.0))
         start = rng.uniform(-1, 0.95), rng.uniform(-1, 1)
@@ -282,6 +282,7 @@ def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     assert steady.E1max == pytest.approx(np.max(energies), rel=1e-5)
 
 
+@pytest.mark.plain
 def test_growth_ends_where_variations_do():
     flow = flow_on(load_system("ssul-set6", law="restitution", e=0.3, C=-0.2, P=100.0))
     tangent, growth = np.zeros(16), np.zeros(4)

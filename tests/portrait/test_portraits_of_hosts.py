@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from layout import collisions
-from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.portrait.picture import portrait
@@ -58,25 +57,6 @@ def test_an_archive_has_the_orbit_of_simulate(here, answer):
         gap = view["roof.x"] - view["a.x"]
         np.testing.assert_array_equal(view["a.stroke"], gap)
     assert "results are the same" in answer("rerun", "pair.h5")
-
-
-def test_a_kind_as_a_host_has_the_same_portrait():
-    kind = nv.load_system("ssul-set6", omega=7.375, K=2.5e7)
-    host, span = as_host(kind), {"samples": 128, "transient": 1500, "periods": 12}
-    (one,) = views_of(request_of(kind, span, signal="force"), quiet=True)
-    (other,) = views_of(request_of(host, span), quiet=True)
-    name = host.dampers[0].name
-    signals = host.histories()
-    u = kind.rest - signals[f"{name}.stroke"].of(other.states)
-    np.testing.assert_allclose(u, one.states[:, 2] - one.states[:, 0], atol=1e-9)
-    assert (one.label, other.label) == ("3T,3", "3T,3")
-    np.testing.assert_allclose(other.touches, one.touches, rtol=1e-10)
-    (points,), (speeds,) = one.impact_section.values(), other.impact_section.values()
-    np.testing.assert_allclose(points, speeds, rtol=1e-6)
-    orbit = nv.simulate(host, 12, transient=1500, samples=128, record=["trajectory"], quiet=True)
-    force = nv.spectrum(orbit, f"{name}.force")
-    np.testing.assert_allclose(force.amplitude, one.spectrum.amplitude, atol=1e-4)
-    assert one.spectrum.amplitude.max() > 10.0
 
 
 def panels(system, **options):

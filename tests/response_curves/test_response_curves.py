@@ -6,7 +6,6 @@ import numpy as np
 import paper_results
 import pytest
 from matplotlib.colors import to_hex
-from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
@@ -365,28 +364,6 @@ def test_a_dry_run_says_what_would_be_done(here, answer):
     assert "100 + 10 each, 1650 in all" in text
     assert "page.h5" in text
     assert sorted(path.name for path in here.iterdir()) == ["page.toml"]
-
-
-@pytest.mark.kernels
-def test_kinds_as_hosts_have_their_curves_and_reductions(tmp_path):
-    systems = [nv.load_system(name, P=600.0) for name in ("tmd", "ssul-set6")]
-    tables = {"vary": {"omega": [5.0, 5.9, 6.28, 7.0]}, "sampling": {"transient": 900}}
-    kinds = nv.response_curves(systems, quiet=True, **tables)
-    path = tmp_path / "hosts.h5"
-    hosts = nv.response_curves([*map(as_host, systems)], to=path, quiet=True, **tables)
-    for kind, host in zip(kinds.curves, hosts.curves, strict=True):
-        assert host.cycles().tolist() == kind.cycles().tolist()
-        for name in ("E1max", "E2max", "reduction"):
-            if name in host.numbers:
-                np.testing.assert_allclose(host[name], kind[name], rtol=1e-6)
-        assert ("reduction" in host.numbers) == (host is not hosts.curves[0])
-        assert host.peak_reduction == pytest.approx(kind.peak_reduction, rel=1e-6, nan_ok=True)
-    labels = [axes.get_ylabel() for axes in nv.plot(path).axes]
-    assert labels[-1] == "reduction [%]"
-    with nv.read(path) as view:
-        np.testing.assert_array_equal(
-            view["u.m"], [np.nan, *(one.parameters["m2"] for one in systems)]
-        )
 
 
 @pytest.mark.kernels

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from layout import collisions
-from support import as_host
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.run import Computer
@@ -122,27 +121,6 @@ def test_failed_orbits_are_told_by_the_status(here, ask, monkeypatch):
     monkeypatch.setattr(Computer, "block", two_failed)
     error = ask("transients", *OPTIONS, "--quiet", status=1).err
     assert "2 of 40 orbits failed: 2 diverged (Check masses" in error
-
-
-@pytest.mark.kernels
-def test_a_kind_as_a_host_has_its_lifetimes_and_regimes():
-    system = nv.load_system("ssul-set6", **SADDLE)
-    host = nv.transient_lifetimes(as_host(system), delay=50.0, quiet=True, **SMALL)
-    assert host.decay.low < 1 / 180 < host.decay.high  # of 1000 starts of the kind
-    assert {one.label for one in host.shares} == {"T,0", "undetermined"}
-    assert host.request.title.endswith("ω = 7.575 rad/s, P of x = 800 N: 40 starts")
-    # below the first frequency both draw the same starts, which soon end on one attractor
-    system = system.with_(omega=5.5)
-    one, other = (
-        nv.transient_lifetimes(each, quiet=True, **SMALL) for each in (system, as_host(system))
-    )
-    np.testing.assert_array_equal(one.labels, other.labels)
-    assert np.abs(one.settling - other.settling).max() <= 2
-    # a start of the archive settles as `classify` tells
-    with nv.read(other.archive) as view:
-        start = view["start_state"][0, 7]
-    regime = nv.classify(as_host(system), start=start, transient=200, periods=40, quiet=True)
-    assert regime.settling == other.settling[7]
 
 
 WEEKS = (6, 6, 6, 6, 7, 9, 10, 10, 11, 13, 16, 17, 19, 20, 22, 23, 25, 32, 32, 34, 35)

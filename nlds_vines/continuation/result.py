@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -287,6 +287,10 @@ class Continued(Drawable):
         The datasets of the archive by name.
     path : path-like
         The archive; None without one.
+    kinds : dict of str to str
+        The kinds of special points, with a word for each.
+    marks : dict of str to dict
+        The marker and the color of each kind in pictures, as options of Matplotlib.
 
     Examples
     --------
@@ -300,6 +304,8 @@ class Continued(Drawable):
     """
 
     drawn_by = "nlds_vines.continuation.picture"
+    kinds: ClassVar[Mapping[str, str]] = WORDS
+    marks: ClassVar[Mapping[str, Mapping[str, Any]]] = MARKS
 
     request: Continuation
     tables: Tables

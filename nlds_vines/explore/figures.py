@@ -18,9 +18,18 @@ from bokeh.plotting import figure
 import nlds_vines as nv
 from nlds_vines.explore.live_orbit import HZ, RAD, Arrays, Curve, curves_of
 from nlds_vines.explore.map_data import Stored
-from nlds_vines.explore.map_view import CLEAR, INK, Picture, Places, chip, classes_of, label_codes
-from nlds_vines.plotting.palette import DAMPERS
-from nlds_vines.plotting.style import GRAY, HUES
+from nlds_vines.explore.map_view import (
+    CLEAR,
+    GRAY,
+    HUES,
+    INK,
+    Picture,
+    Places,
+    chip,
+    classes_of,
+    damper_color,
+    label_codes,
+)
 
 # colors of the structure, of the harmonic force, and of walls and sections
 BODY, FORCE, WALL = GRAY, HUES["sky"], HUES["vermillion"]
@@ -384,7 +393,7 @@ def colors_of(system: nv.System, curves: Sequence[Curve]) -> tuple[list[str], st
             for word, (damper, _) in scene.dampers_and_walls.items()
         }
         return shades, WALL, by_wall
-    color, wall = DAMPERS.get(system.name, INK), WALL
+    color, wall = damper_color(system.name), WALL
     if color == HUES["black"] or not scene.damper:  # black is invisible on a dark page
         color = INK
     elif color in (HUES["vermillion"], HUES["orange"]):

@@ -24,6 +24,7 @@ from nlds_vines.model.parameters import DESCRIBED
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.plotting import palette
 from nlds_vines.plotting.style import GRAY, NAVY, NO_VALUE, STARTS, start_colors
+from nlds_vines.plotting.style import HUES as HUES
 
 INK = "#3f77b5"
 """The color of a single curve, readable on a light page and on a dark one."""
@@ -271,6 +272,11 @@ def diagram_values(results: Stored, show: Show) -> np.ndarray:
         (curve,) = (one for one in results.planes if one.names[0] == show.name)
         return curve.of(results.lanes("section")[:, :, -most:])
     return results.lanes(show.column)[..., :most]
+
+
+def damper_color(system: str) -> str:
+    """Return the color of the damper of a named system in all pictures; `INK` of others."""
+    return palette.DAMPERS.get(system, INK)
 
 
 def diagram_colors(results: Stored) -> list[str]:

@@ -20,13 +20,10 @@ from bokeh.layouts import row as beside
 from bokeh.models import ColumnDataSource, CustomJS, Select
 from bokeh.resources import Resources
 
-from nlds_vines.bifurcation.request import Scan
-from nlds_vines.continuation.result import MARKS, WORDS, Branch, Continued, read_continuation
-from nlds_vines.errors import RequestError
+import nlds_vines as nv
 from nlds_vines.explore import figures, map_view
 from nlds_vines.explore.map_data import Curve, Stored
 from nlds_vines.explore.sent_page import special_points
-from nlds_vines.plotting.style import HUES
 
 MOST_BYTES = 5_000_000  # the most bytes of a page, which a mail takes
 
@@ -66,7 +63,7 @@ class Section(NamedTuple):
 
 
 def report_page(
-    results: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
+    results: Stored, branches: nv.Continued | None = None, tables: Sequence[Table] = ()
 ) -> Report:
     """Return the page of a map, with as many states and numbers as `MOST_BYTES` allow."""
     special = [] if branches is None else [special_table(branches, results)]
@@ -141,7 +138,7 @@ def coded(states: np.ndarray) -> Section:
 
 
 def _page(
-    results: Stored, branches: Continued | None, tables: Sequence[Table], section: Section,
+    results: Stored, branches: nv.Continued | None, tables: Sequence[Table], section: Section,
     names: Sequence[str],
 ) -> Report:  # fmt: skip
     points = section.codes.shape[1]
@@ -179,7 +176,7 @@ def _page(
             *map(str, branches.special_points.kind),
             *(curve.kind for curve in branches.curves),
         }
-        if marks := [f"{kind} {words}" for kind, words in WORDS.items() if kind in kinds]:
+        if marks := [f"{kind} {words}" for kind, words in branches.kinds.items() if kind in kinds]:
             hints.append(f"Marks: special points, {', '.join(marks)}.")
     parts = {
         "map": [
@@ -311,8 +308,14 @@ _MARKERS = {
     "o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond",
     "v": "inverted_triangle", "*": "star",
 }  # fmt: skip
-_LOOKS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
+_OTHER = "#000000", "circle"  # the color and the marker of a kind that has none
 _ENERGIES = ("E1max", "E2max")
+
+
+def _look_of(kind: str) -> tuple[str, str]:
+    """Return the color and the marker of a kind of special points."""
+    look = nv.Continued.marks.get(kind)
+    return _OTHER if look is None else (look["color"], _MARKERS[look["marker"]])
 
 
 class Table(NamedTuple):
@@ -321,29 +324,32 @@ class Table(NamedTuple):
     rows: Sequence[tuple[str, ...]]
 
 
-def branches_of(path: Path, scan: Scan) -> Continued:
+def branches_of(path: Path, scan: nv.Scan) -> nv.Continued:
     """Return the continuation in an archive; `RequestError` if it does not lie in a scan's map."""
-    result = read_continuation(path)
+    result = nv.open_archive(path)
+    if not isinstance(result, nv.Continued):
+        with nv.read(path) as view:
+            raise nv.RequestError(f"{path} holds a {view.content}, not a continuation")
     names, axes = [item.name for item in result.request.free], [a.name for a in scan.axes]
     if not set(names) & set(axes):
-        raise RequestError(
+        raise nv.RequestError(
             f"{path} continues along {', '.join(names)}, the map varies {', '.join(axes)}: "
             "the branches do not lie in the map"
         )
     if result.request.system.kind != scan.system.kind:
-        raise RequestError(
+        raise nv.RequestError(
             f"{path} continues kind {result.request.system.kind!r}, the map is of kind "
             f"{scan.system.kind!r}"
         )
     return result
 
 
-def special_table(result: Continued, results: Stored) -> Table:
+def special_table(result: nv.Continued, results: Stored) -> Table:
     head, *rows = special_points(result, results.shown)
     return Table("Special points of the branches", head, rows)
 
 
-def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, list[Any]]:
+def draw_branches(figure: Any, result: nv.Continued, results: Stored) -> dict[str, list[Any]]:
     """Draw a continuation; return its renderers by the quantity they belong to, "" for always."""
     special = result.special_points
     places, along = map_view.places_of(results), result.request.along.name
@@ -364,13 +370,13 @@ def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, 
         return {"": _mark(figure, special.kind, *at)}
     names = [item.name for item in result.request.free]
     if sorted(names) != sorted(axes):
-        raise RequestError(
+        raise nv.RequestError(
             f"the curves lie in the plane of {', '.join(names)}, the map in that of "
             f"{', '.join(axes)}"
         )
     order, drawn = [names.index(name) for name in axes], []
     for curve in result.curves:
-        shade, _ = _LOOKS.get(curve.kind, (HUES["black"], "circle"))
+        shade, _ = _look_of(curve.kind)
         at = [one.of(curve.values[:, k]) for one, k in zip(places, order, strict=True)]
         for width, color in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any color
             look = {"line_color": color, "line_width": width, "legend_label": curve.kind}
@@ -382,11 +388,11 @@ def draw_branches(figure: Any, result: Continued, results: Stored) -> dict[str, 
 
 
 def _draw_values(
-    figure: Any, result: Continued, energy: str, curve: Curve | None, places: map_view.Places
+    figure: Any, result: nv.Continued, energy: str, curve: Curve | None, places: map_view.Places
 ) -> list[Any]:
     """Draw a curve, or else an energy, of all branches; solid where they are stable."""
 
-    def values(branch: Branch) -> np.ndarray:
+    def values(branch: Any) -> np.ndarray:
         """Return the quantity along a branch, shape (periods, points)."""
         if curve is None:
             return np.atleast_2d(getattr(branch, energy))
@@ -402,7 +408,7 @@ def _draw_values(
                 for first, stop in zip(edges[::2], edges[1::2], strict=True):
                     xs.append(at[first : stop + 1])  # so that the lines meet
                     ys.append(one[first : stop + 1])
-        color = HUES["vermillion"]
+        color = figures.WALL
         drawn.append(figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, line_color=color))
     rows = [
         row for row in result.special_points if row.index + 1 < len(result.branches[row.branch])
@@ -419,7 +425,7 @@ def _draw_values(
 def _mark(figure: Any, kinds: Iterable[Any], x: Iterable[float], y: Iterable[float]) -> list[Any]:
     """Mark special points (x, y) by the marker and the name of their kind."""
     kinds = [*map(str, kinds)]
-    looks = [_LOOKS.get(kind, (HUES["black"], "circle")) for kind in kinds]
+    looks = [_look_of(kind) for kind in kinds]
     shades, markers = zip(*looks, strict=True) if looks else ((), ())
     source = ColumnDataSource(
         {"x": [*x], "y": [*y], "name": kinds, "shade": shades, "marker": markers}

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from conftest import DIAGRAM, MAP
+from conftest import DIAGRAM, MAP, made_up
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
@@ -18,7 +18,7 @@ from nlds_vines.explore import live_orbit as live
 from nlds_vines.explore import map_view
 from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.explore.page_state import FEWEST, MOST_ORBITS, Refining, finer, sliders_of
-from nlds_vines.explore.report_page import report_page, section_points
+from nlds_vines.explore.report_page import branches_of, report_page, section_points
 from nlds_vines.plotting.palette import colors
 from nlds_vines.portrait.request import load_portrait
 from nlds_vines.portrait.run import views_of
@@ -164,6 +164,13 @@ def test_chaos_has_a_rate_of_impacts_and_no_count(tmp_path):
     _, *lines = map_view.cell_in_words(archive, (3, 0), 0)
     assert "impacts per forcing period: 0.8" in lines
     assert not any("per nT" in line for line in lines)
+
+
+def test_branches_are_those_of_a_continuation(tmp_path, error_of):
+    path = made_up(MAP, tmp_path / "map.h5")
+    assert "holds a scan, not a continuation" in error_of(branches_of, path, load_scan(MAP))
+    assert nv.Continued.kinds["PD"] == "period doubling"
+    assert nv.Continued.marks.keys() == nv.Continued.kinds.keys()
 
 
 def test_a_map_and_a_diagram_are_told_in_words():

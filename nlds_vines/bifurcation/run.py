@@ -16,9 +16,17 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest, load_curves, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.engine import records
-from nlds_vines.engine.batch import Kernels, Wanted, agreement, impacts_per_cycle, spectra_of
+from nlds_vines.engine.batch import (
+    Kernels,
+    Outputs,
+    Wanted,
+    agreement,
+    impacts_per_cycle,
+    spectra_of,
+)
 from nlds_vines.engine.engine import engine_for
 from nlds_vines.engine.solver_settings import most_watched
+from nlds_vines.engine.spectrum import SpectralRecords
 from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import recorded
@@ -71,29 +79,38 @@ class Computer:
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
-        cells, scan = self._cells[block.selection], self.scan
+        scan = self.scan
         sides = (np.arange(first, stop) for first, stop in block.slices)
         places = np.ravel_multi_index(np.ix_(*sides), scan.shape)
-        sweeps = scan.start.sweeps
-        if sweeps:  # chains of cells: from rest, then each where the orbit before it ended
-            rows = cells.reshape(-1, cells.shape[-1])
-            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
-            firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
-            at_rest = own_states(scan, chains[:, 0], {}, np.zeros(len(chains), np.int64))
-            arrays = self.lanes(chains, at_rest, firsts)
+        if scan.start.sweeps:
+            arrays = self._swept(self._cells[block.selection], places)
         else:
             numbers = places.reshape(-1, 1) * scan.starts + np.arange(scan.starts)
             arrays = self.lanes(*self.orbits(numbers.ravel()))
         datasets = {}
         for name in scan.table.datasets:
-            values = arrays[name]
-            if sweeps:
-                passes = values.reshape(len(sweeps), -1, *values.shape[1:])
-                pairs = zip(passes, sweeps, strict=True)
-                values = np.stack([one[:, :: STEP[sweep]] for one, sweep in pairs], axis=2)
             tail = scan.table.shape(name)[len(scan.axes) :]
-            datasets[name] = values.reshape(*cells.shape, *tail)
+            datasets[name] = arrays[name].reshape(*block.shape, *tail)
         return datasets
+
+    def _swept(self, cells: np.ndarray, places: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the results (rows, cells of a row, sweeps, ...) of cells and their places.
+
+        Each row is a chain of cells for each sweep: from rest, then each where the orbit before it
+        ended.
+        """
+        sweeps = self.scan.start.sweeps
+        rows = cells.reshape(-1, cells.shape[-1])
+        chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
+        firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
+        at_rest = own_states(self.scan, chains[:, 0], {}, np.zeros(len(chains), np.int64))
+        arrays = self.lanes(chains, at_rest, firsts)
+        in_order: dict[str, np.ndarray] = {}
+        for name, values in arrays.items():
+            passes = values.reshape(len(sweeps), len(rows), *values.shape[1:])
+            ascending = [passes[i][:, :: STEP[sweep]] for i, sweep in enumerate(sweeps)]
+            in_order[name] = np.stack(ascending, axis=2)
+        return in_order
 
     def lanes(
         self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray | None = None
@@ -104,52 +121,21 @@ class Computer:
         refuse sweeps.
         """
         scan, datasets = self.scan, self.scan.table.datasets
-        arrays = {"P": chains["P"].copy()} if "P" in datasets else {}
+        arrays: dict[str, np.ndarray] = {}
+        if "P" in datasets:
+            arrays["P"] = chains["P"].copy()
         if scan.start.policy == "random":
             states = self._engine.user_states(chains[:, 0], starts)
             arrays["start_state"] = states[:, np.newaxis]
-        # the same at more instants
-        if (spectral := scan.spectral) is not None and self._traced is not None:
-            span = Span(scan.transient, scan.periods, spectral.samples)
-            states, status = self._traced.states(chains, starts, span)
-            spectra = spectra_of(spectral, states, status == records.OK, scan.transient)
-            arrays |= {"status": status, **spectra}
+        if scan.spectral is not None:
+            arrays |= self._spectra(scan.spectral, chains, starts)
         if self.ends is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
             arrays |= self.ends.arrays(chains[:, 0], starts, where)
         if self.kernels.records or "status" not in arrays:
             outputs = self.kernels.run(chains, starts, scan.transient, scan.periods)
-            buffers, arrays["status"] = outputs.buffers, outputs.status
             with np.errstate(all="ignore"):  # lanes that failed hold anything
-                for name in datasets:
-                    entry = self._quantities[name]
-                    buffer = getattr(buffers, entry.buffer) if entry.buffer in _PLAIN else None
-                    if buffer is not None and entry.buffer == "section":
-                        buffer = buffer[:, :, -scan.periods :]
-                    if buffer is not None:
-                        arrays[name] = entry.from_buffer(buffer)
-                if "reduction" in datasets:  # without a force nothing can be reduced: NaN
-                    arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(chains)
-                if "modulation" in scan.want:
-                    section, omega = buffers.section[:, :, -scan.periods :], chains["omega"]
-                    if self._rows:
-                        arrays |= records.amplitudes_of_rows(self._rows, section, omega)
-                    else:
-                        arrays |= records.modulation_of(section, omega, buffers.counts)
-            if buffers.response is not None:
-                arrays |= self.kernels.responses(outputs, chains)
-            if buffers.cycle is not None:
-                arrays["periodicity"] = period = buffers.cycle[..., 0]
-                impacts, by_wall = impacts_per_cycle(period, buffers.cycle[..., 1:])
-                arrays["impact_count"], arrays["impacts_by_wall"] = impacts, by_wall
-            if buffers.counts is not None:
-                arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
-                arrays["impact_rate_by_wall"] = outputs.by_wall / scan.periods
-            if outputs.evidence is not None:
-                arrays |= self.kernels.verdicts(outputs, chains)
-            for name in ("impacts_by_wall", "impact_rate_by_wall"):
-                if name in arrays:
-                    arrays[name] = scan.system.scene.by_damper(arrays[name])
+                arrays |= self._recorded(outputs, chains)
         if "spectra_agree" in datasets:
             regimes, n, labels = (arrays[k] for k in ("regime", "periodicity", "spectral_label"))
             arrays["spectra_agree"] = agreement(regimes, n, labels, scan.periods)
@@ -160,6 +146,63 @@ class Computer:
                 values[failed] = dataset.fill
             if values.dtype.kind == "f":  # the sign of a computed NaN depends on the processor
                 values[np.isnan(values)] = np.nan
+        return {name: arrays[name] for name in datasets}
+
+    def _spectra(
+        self, spectral: SpectralRecords, chains: np.ndarray, starts: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Return spectra and `status` of orbits that are followed at more instants."""
+        scan = self.scan
+        assert self._traced is not None
+        span = Span(scan.transient, scan.periods, spectral.samples)
+        states, status = self._traced.states(chains, starts, span)
+        spectra = spectra_of(spectral, states, status == records.OK, scan.transient)
+        return {"status": status, **spectra}
+
+    def _recorded(self, outputs: Outputs, chains: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets and `status` of orbits from the buffers of the kernels."""
+        scan, datasets = self.scan, self.scan.table.datasets
+        buffers = outputs.buffers
+        arrays: dict[str, np.ndarray] = {"status": outputs.status}
+        # a verdict may need a longer section than is stored
+        section = None if buffers.section is None else buffers.section[:, :, -scan.periods :]
+        plain = {
+            "section": section,
+            "energy": buffers.energy,
+            "peak": buffers.peak,
+            "violation": buffers.violation,
+            "touches": buffers.touches,
+            "clearance": buffers.clearance,
+        }
+        for name in datasets:
+            entry = self._quantities[name]
+            values = plain.get(entry.buffer)
+            if values is not None:
+                arrays[name] = entry.from_buffer(values)
+        if "reduction" in datasets:  # without a force nothing can be reduced: NaN
+            arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(chains)
+        if "modulation" in scan.want:
+            assert section is not None
+            if self._rows:
+                arrays |= records.amplitudes_of_rows(self._rows, section, chains["omega"])
+            else:
+                arrays |= records.modulation_of(section, chains["omega"], buffers.counts)
+        if buffers.response is not None:
+            arrays |= self.kernels.responses(outputs, chains)
+        if buffers.cycle is not None:
+            period = buffers.cycle[..., 0]
+            impacts, by_wall = impacts_per_cycle(period, buffers.cycle[..., 1:])
+            arrays["periodicity"] = period
+            arrays["impact_count"] = impacts
+            arrays["impacts_by_wall"] = by_wall
+        if buffers.counts is not None:
+            arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / scan.periods
+            arrays["impact_rate_by_wall"] = outputs.by_wall / scan.periods
+        if outputs.evidence is not None:
+            arrays |= self.kernels.verdicts(outputs, chains)
+        for name in ("impacts_by_wall", "impact_rate_by_wall"):
+            if name in arrays:
+                arrays[name] = scan.system.scene.by_damper(arrays[name])
         return arrays
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -170,9 +213,6 @@ class Computer:
         states = own_states(self.scan, cells, self.scan.initial(where), lanes, self._tell)
         return cells[:, np.newaxis], states, places
 
-
-_PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
-"""The buffers of lanes whose numbers are recorded as they are."""
 
 _KNOWN = ("status", "regime", "label", "start_state")  # what is also known of an orbit that failed
 

@@ -623,8 +623,20 @@ class Host(Outlined):
     @property
     def settable(self) -> tuple[str, ...]:
         """The names of all numbers that `with_numbers` replaces."""
-        factors = [f"{STRUCTURE_ITSELF}.{key}" for key in ("M", "K", "C")]
-        return tuple(dict.fromkeys([*self.numbers, *factors]))
+        return tuple(dict.fromkeys([*self.numbers, *self.unstated]))
+
+    @property
+    def unstated(self) -> dict[str, float]:
+        """The numbers that `with_numbers` replaces beside `numbers`, by name.
+
+        Factors of 1, and the damping ratio 0 of a host without damping.
+        """
+        bare = self._unscaled or self
+        values = {f"{STRUCTURE_ITSELF}.{key}": 1.0 for key in ("M", "K", "C")}
+        if bare.ratio is None and (bare.C is None or abs(bare.C).max() == 0.0):
+            values[f"{STRUCTURE_ITSELF}.ratio"] = 0.0
+        numbers = self.numbers
+        return {name: value for name, value in values.items() if name not in numbers}
 
     def with_numbers(self, values: Mapping[str, float]) -> Host:
         """Return the host with other numbers, named as in `settable`; they are not checked."""

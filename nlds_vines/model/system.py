@@ -1379,9 +1379,8 @@ class General(System):
         self.refuse_twice(names)
         drives = [name for name in names if _is_drive(name)]
         new = {name: 0.0 for name in drives if name not in self.parameters}
-        for name in names:
-            if name in self.host.settable and name not in self.parameters:
-                new[name] = 1.0
+        unstated = self.host.unstated
+        new |= {name: unstated[name] for name in names if name in unstated}
         return self.with_values(new, new.values()) if new else self
 
     def takes(self, name: str) -> bool:
@@ -1527,8 +1526,7 @@ class General(System):
 
     @property
     def numbers(self) -> Mapping[str, float]:
-        factors = {name: 1.0 for name in self.host.settable if name not in self.parameters}
-        return {**factors, **self.ratios, **self.parameters}
+        return {**self.host.unstated, **self.ratios, **self.parameters}
 
     @cached_property
     def allowed(self) -> tuple[str, ...]:

@@ -120,3 +120,22 @@ def test_numbers_of_the_structure_vary_in_scans_loads_and_tunings():
     nominal = alone["host"]
     np.testing.assert_allclose(over["roof.x_max"][0, 1], nominal.numbers["roof.x_max"], rtol=1e-12)
     assert over["roof.x_max"][0, 0] > over["roof.x_max"][0, 1]
+
+
+def test_a_host_without_damping_takes_a_ratio():
+    """Its ratio is 0 until it is set, also along an axis; a stated damping matrix stays."""
+    M, K = np.diag([2.0, 1.0]), np.array([[30.0, -10.0], [-10.0, 10.0]])
+    for host in (nv.Host(M, K, dofs=["a", "b"]), nv.shear_frame([2.0, 1.0], [20.0, 10.0])):
+        place = host.dofs[-1]
+        ball = nv.Damper("ball", place, m=0.1, walls=[nv.Wall(0.1, law="restitution", e=0.5)])
+        system = nv.System.from_host(host, [ball], force={place: 1.0}, omega=2.0)
+        assert "host.ratio" not in system.parameters
+        damped = system.with_(**{"host.ratio": 0.03})
+        assert damped.parameters["host.ratio"] == 0.03
+        again = type(host)(host.M, host.K, ratio=0.03, dofs=host.dofs)
+        np.testing.assert_allclose(damped.host.C, again.C, rtol=1e-14)
+        assert system.with_axes(["host.ratio"]).parameters["host.ratio"] == 0.0
+        stiffer = system.with_(**{"host.K": 4.0}).with_(**{"host.ratio": 0.03})
+        np.testing.assert_allclose(stiffer.host.C, 2.0 * damped.host.C, rtol=1e-12)
+    stated = nv.Host(M, K, 0.01 * K, dofs=["a", "b"])
+    assert "host.ratio" not in stated.settable

@@ -65,8 +65,9 @@ class HostMap:
         counts = np.zeros(walls, np.int64)
         filled, one = np.zeros(1, np.int64), np.full(1, np.inf)
         impacts = Impacts(
-            np.zeros(0), filled, 0, np.zeros(walls, np.int64), one, np.zeros(walls), False
-        )
+            np.zeros(0), filled, 0, np.zeros(walls, np.int64), one, np.zeros(walls), False,
+            np.zeros(1),
+        )  # fmt: skip
         status, state, trace, shrunk, clearance, slowest = follow_flow(
             self.orbits.body, self.orbits.walls, self.orbits.contacts(), impacts, y.copy(),
             sections, tangent, counts,

@@ -216,8 +216,8 @@ class HostOrbits:
         data, filled = np.zeros(count * ROW_OF_IMPACT), np.zeros(1, np.int64)
         counts = np.zeros(self.walls.number, np.int64)
         hardest = np.zeros(self.walls.number)
-        slowest = np.full(1, np.inf)
-        return Impacts(data, filled, count, counts, slowest, hardest, has_depths)
+        slowest, began = np.full(1, np.inf), np.zeros(1)
+        return Impacts(data, filled, count, counts, slowest, hardest, has_depths, began)
 
     def is_struck(self, records: HostRecords, impacts: Impacts) -> np.ndarray:
         """Return True for the rows (rows,) of `records` whose rates a rigid wall lets jump.
@@ -359,7 +359,7 @@ def springs_of(system: General) -> Springs | None:
 
 
 def rows_of(impacts: Impacts) -> np.ndarray:
-    """Return the impacts as rows of the columns OF_WALL to OF_IMPULSE."""
+    """Return the impacts as rows of the columns of `host_contact.Impacts`."""
     return impacts.data.reshape(-1, ROW_OF_IMPACT)[: impacts.filled[0]]
 
 

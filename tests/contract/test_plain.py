@@ -17,6 +17,7 @@ FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**
 LONG = (
     "tests/kernels/plain_host_impact.py",
     "tests/kernels/plain_host_energies.py",
+    "tests/kernels/plain_host_repetition.py",
     "tests/engine/plain_load_flight.py",
     "tests/kernels/plain_verdict.py",
     "tests/kernels/plain_response.py",

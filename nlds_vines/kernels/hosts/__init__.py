@@ -16,6 +16,7 @@ In reading order:
     host_impact      a short impact by scalars of the gap, which acts as a jump
     host_contact     from touch to release, several walls at once
     host_space       the norm of states, and the sections of a record
+    host_repetition  periods that repeat to the bit are copied
     host_orbit       the time loop, and the flow from section to section
     host_load        loads in time: the same over cells of a load
 

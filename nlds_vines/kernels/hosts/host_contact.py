@@ -525,7 +525,11 @@ class PreparedHost(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """The impacts one by one: rows of the columns OF_WALL, OF_TOUCH ... OF_IMPULSE."""
+    """The impacts one by one: rows of the columns OF_WALL, OF_TOUCH ... OF_RELEASE_IN_PERIOD.
+
+    Kernels pass times within the period that began at `began`. Rows have them beside the times from
+    the orbit's beginning, so that they can be copied to later periods to the bit.
+    """
 
     data: Any  # ROW_OF_IMPACT numbers of each; all arrays are rows, in inner kernels bare ones
     filled: Any  # (1,) begun, also beyond the room
@@ -534,15 +538,16 @@ class Impacts(NamedTuple):
     slowest: Any  # (1,) smallest approach speed so far [m/s]
     hardest: Any  # (walls,) largest impulse of a rigid wall so far [N s]
     has_depths: bool  # whether the largest depths and forces of compliant walls are recorded
+    began: Any  # (1,) time at which the period, or the cell of a load, began [s]
 
 
 OF_WALL, OF_TOUCH, OF_RELEASE, OF_SPEED, OF_LARGEST, OF_DEEPEST, OF_IMPULSE = range(7)
-ROW_OF_IMPACT = 7
+OF_TOUCH_IN_PERIOD, OF_RELEASE_IN_PERIOD, ROW_OF_IMPACT = 7, 8, 9
 
 
 @jit
 def begin(host, varied, wall, time, y):
-    """Add a wall that is touched at `time` [s] to those in contact, and begin its row."""
+    """Add a wall to those in contact that is touched at a time [s] of the period; begin its row."""
     body, walls, contacts, impacts = host.body, host.walls, host.contacts, host.impacts
     active = contacts.active
     _, s = along(body, walls.links[wall], y, 0)
@@ -564,7 +569,11 @@ def note_touch(walls, contacts, impacts, wall, time, speed):
     impacts.slowest[0] = min(impacts.slowest[0], speed)
     if row < impacts.room:
         data, at = impacts.data, ROW_OF_IMPACT * row
-        data[at + OF_WALL], data[at + OF_TOUCH], data[at + OF_RELEASE] = wall, time, math.nan
+        data[at + OF_WALL] = wall
+        data[at + OF_TOUCH] = impacts.began[0] + time
+        data[at + OF_TOUCH_IN_PERIOD] = time
+        data[at + OF_RELEASE] = math.nan
+        data[at + OF_RELEASE_IN_PERIOD] = math.nan
         data[at + OF_SPEED] = speed
         data[at + OF_DEEPEST], data[at + OF_IMPULSE] = 0.0, 0.0
         data[at + OF_LARGEST] = math.inf if walls.law[wall] == IS_RIGID else 0.0
@@ -777,9 +786,16 @@ def release(host, varied, place, time, y):
     active[0] -= 1
     put_on(body, walls, wall, y)
     turn_away(body, walls, wall, y)
-    row = contacts.rows[wall]
+    note_release(impacts, contacts.rows[wall], time)
+
+
+@jit
+def note_release(impacts, row, time):
+    """Note the time [s] of the period at which the contact of a row ends, if it is recorded."""
     if 0 <= row < impacts.room:
-        impacts.data[ROW_OF_IMPACT * row + OF_RELEASE] = time
+        at = ROW_OF_IMPACT * row
+        impacts.data[at + OF_RELEASE] = impacts.began[0] + time
+        impacts.data[at + OF_RELEASE_IN_PERIOD] = time
 
 
 @jit
@@ -964,12 +980,12 @@ def first_event(body, walls, contacts, h, table):
 
 
 @jit
-def take_at_once(host, varied, watch, wall, touch, limits, y):
+def take_at_once(host, varied, watch, wall, touch, stop, y):
     """Take a short impact at once; return (j, x) of its release, then of the base of y.
 
-    touch: (j, x, place) as of `fly`; limits: (`stop`, time [s] of the period's beginning). Where
-    it is not short, j is NOT_SHORT, and y is as it was; it is LOST_TOUCH if steps are lost. What a
-    short impact does not tell is noted by steps beside it, which leave the orbit as it is.
+    touch: (j, x, place) as of `fly`. Where it is not short, j is NOT_SHORT, and y is as it was; it
+    is LOST_TOUCH if steps are lost. What a short impact does not tell is noted by steps beside it,
+    which leave the orbit as it is.
     """
     body, grid, contacts, impacts, scratch = (
         host.body,
@@ -978,7 +994,8 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
         host.impacts,
         host.scratch,
     )
-    (j, x, place), (stop, origin), active = touch, limits, contacts.active
+    j, x, place = touch
+    active = contacts.active
     is_followed = is_watched = False
     if watch is not None:
         is_watched = watch.is_on[0] > 0.0
@@ -990,7 +1007,7 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
     if arc.powers == 0:
         return NOT_SHORT, 0.0, 0, 0.0
     begun, begun_x = place_at(grid, j, x, place)
-    time = origin + (begun + begun_x) * grid.h
+    time = (begun + begun_x) * grid.h
     note_touch(host.walls, contacts, impacts, wall, time, arc.s)
     row = contacts.rows[wall]
     if varied is not None and not distance < varied.clearance[0]:
@@ -1009,13 +1026,12 @@ def take_at_once(host, varied, watch, wall, touch, limits, y):
     if is_followed:
         active[0], active[1], contacts.rows[wall] = 1, wall, -1
         contacts.q[wall], contacts.pushes[wall] = 0.0, 1.0
-        from_there = begun, begun_x, stop, origin
+        from_there = begun, begun_x, stop
         if step_contacts(host, varied, watch, from_there, scratch.touch)[0] == LOST_TOUCH:
             return LOST_TOUCH, 0.0, 0, 0.0
         active[0] = 0
+    note_release(impacts, row, time + took * arc.tick)
     at = ROW_OF_IMPACT * row
-    if 0 <= row < impacts.room:
-        impacts.data[at + OF_RELEASE] = time + took * arc.tick
     if 0 <= row < impacts.room and impacts.has_depths:
         depth = deepest(host.short, arc)
         impacts.data[at + OF_DEEPEST] = depth
@@ -1030,16 +1046,16 @@ def step_contacts(host, varied, watch, begun, y):
     Under springs that are not linear flights are stepped, too, always to `stop`, which may lie
     within a cell.
 
-    varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`, time [s] of the
-    period's beginning); y: the state, advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an
-    event is lost or there are too many steps.
+    varied: `Varied` or None; watch: `HostWatch` or None; begun: (j, x, `stop`); y: the state,
+    advanced in place. Returns (j, x), or (LOST_TOUCH, x) if an event is lost or there are too many
+    steps.
     """
     body, grid, walls, contacts, impacts, scratch, _, _ = host
-    (j, x, stop, origin), S, active, work = begun, contacts.series, contacts.active, scratch.work
+    (j, x, stop), S, active, work = begun, contacts.series, contacts.active, scratch.work
     size, table, rate, drive = body.size, scratch.polynomial, grid.rate, scratch.drive
     width, first = width_of(body), 3 * size
     elapsed, left = 0.0, (stop - j - x) * grid.h
-    touched_at = origin + (j + x) * grid.h
+    touched_at = (j + x) * grid.h
     for step in range(MOST_STEPS):
         if active[0] == 0 and host.body.springs is None:
             break

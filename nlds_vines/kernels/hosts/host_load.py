@@ -97,12 +97,13 @@ def run_cells(flow, load, ends, state, section, records):
     grid, size = host.grid, host.body.size
     for p in range(first, last):
         put_load(grid, load, p)
+        host.impacts.began[0] = load.edges[p]
         if load.jumps[p] != 0.0:
-            strike_all(host, load.jumps[p], load.edges[p], y)
+            strike_all(host, load.jumps[p], y)
         note_edge(host, 0, y, section, p)
         if records is not None and len(load.tops) > 0:
             records.peaks[0] = load.tops[p]
-        status = run_part(host, None, watch, (0, grid.cells), load.edges[p], y)
+        status = run_part(host, None, watch, (0, grid.cells), y)
         if records is not None and len(load.tops) > 0:
             load.tops[p] = records.peaks[0]
         if status != OK:
@@ -114,7 +115,8 @@ def run_cells(flow, load, ends, state, section, records):
             return DIVERGED
     if last == len(load.edges) - 1:
         if load.jumps[last] != 0.0:
-            strike_all(host, load.jumps[last], load.edges[last], y)
+            host.impacts.began[0] = load.edges[last]
+            strike_all(host, load.jumps[last], y)
         note_edge(host, grid.cells, y, section, last)
     if records is not None:
         prepared.is_on[0] = 0.0  # its arrays are in use up to here
@@ -122,8 +124,8 @@ def run_cells(flow, load, ends, state, section, records):
 
 
 @jit
-def strike_all(host, by, time, y):
-    """Let the rates jump by `by` times the push.
+def strike_all(host, by, y):
+    """Let the rates jump by `by` times the push, at the beginning of a cell.
 
     Rigid walls no longer hold what jumps; one that it jumps into is touched at this instant.
     """
@@ -131,7 +133,7 @@ def strike_all(host, by, time, y):
     for place in range(contacts.active[0], 0, -1):
         wall = contacts.active[place]
         if walls.law[wall] == IS_RIGID and outward_at(body, walls, wall, body.push, 0) != 0.0:
-            release(host, None, place, time, y)
+            release(host, None, place, 0.0, y)
     for i in range(body.size):
         y[body.size + i] += by * body.push[i]
 

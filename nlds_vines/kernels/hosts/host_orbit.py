@@ -8,7 +8,7 @@ So an orbit has the same bits in one run and in several.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,6 +53,16 @@ from .host_flight import (
     put_columns,
 )
 from .host_impact import short_impacts
+from .host_repetition import (
+    CYCLE,
+    begin_repetition,
+    next_period,
+    put_totals,
+    repeat_impacts,
+    repeat_integrals,
+    repetition_for,
+    sum_up,
+)
 from .host_space import HostSpace, distance
 from .host_variations import varied_of, vary_flight, vary_on_hold
 from .host_watch import add_squares, bound_rates, host_watch, is_quiet, note_instant, note_series
@@ -96,8 +106,9 @@ def no_impacts(walls):
     """Return `Impacts` that only count."""
     counts, hardest = np.zeros(walls.number, np.int64), np.zeros(walls.number)
     return Impacts(
-        np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf), hardest, False
-    )
+        np.zeros(0), np.zeros(1, np.int64), 0, counts, np.full(1, np.inf), hardest, False,
+        np.zeros(1),
+    )  # fmt: skip
 
 
 @jit
@@ -254,7 +265,13 @@ def run_host(body, walls, contacts, span, state, section, impacts, records):
 @jit
 def run(flow, varied, watch, span, state, section):
     """Call `loop` with bare rows, whose arrays the caller's variables hold until it returns."""
-    return loop(bare(flow.host), bare(varied), bare(watch), span, bare(state), section)
+    if varied is None:
+        repetition: Any = repetition_for(flow, watch, span.periods)
+    else:
+        repetition = None  # variations depend on more than the state
+    return loop(
+        bare(flow.host), bare(varied), bare(watch), bare(repetition), span, bare(state), section
+    )
 
 
 @jit
@@ -284,47 +301,82 @@ def advance_host(flow, rows, periods, tangent, state):
 
 
 @jit
-def loop(host, varied, watch, span, state, section):
-    grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
-    size, period, y = host.body.size, grid.h * grid.cells, state
-    points = min(len(section), span.stops * (span.first + span.periods))
-    impacts.filled[0] = impacts.room  # those before period `first` are not recorded
-    read_contacts(walls, contacts, state, 2 * size)
+def loop(host, varied, watch, repetition, span, state, section):
+    walls, contacts, impacts = host.walls, host.contacts, host.impacts
+    total = span.first + span.periods
+    read_contacts(walls, contacts, state, 2 * host.body.size)
     if varied is not None:
         vary_on_hold(host.body, walls, contacts, varied)
-    for p in range(span.first + span.periods):
-        if p == span.first:
-            impacts.filled[0] = 0
-            if watch is not None:
-                watch.is_on[0] = 1.0
-            for wall in range(walls.number):
-                contacts.rows[wall], impacts.counts[wall], impacts.hardest[wall] = -1, 0, 0.0
-        for part in range(span.stops):
-            cells = grid.cells // span.stops
-            ends = cells * part, cells * (part + 1)
-            status = run_part(host, varied, watch, ends, p * period, y)
+    impacts.filled[0] = impacts.room  # those before period `first` are not recorded
+    ends = 0, span.first, total
+    status = run_periods(host, varied, watch, repetition, ends, span.stops, state, section)
+    if status != OK:
+        return status
+    impacts.filled[0] = 0
+    for wall in range(walls.number):
+        contacts.rows[wall], impacts.counts[wall], impacts.hardest[wall] = -1, 0, 0.0
+    if watch is not None:
+        watch.is_on[0] = 1.0
+    ends = span.first, total, total
+    return run_periods(host, varied, watch, repetition, ends, span.stops, state, section)
+
+
+@jit
+def run_periods(host, varied, watch, repetition, ends, stops, state, section):
+    """Advance a state through periods `first` to `end` - 1 of an orbit; return a status.
+
+    ends: (first, end, periods of the orbit).
+    """
+    grid, walls, contacts, impacts = host.grid, host.walls, host.contacts, host.impacts
+    first, end, total = ends
+    size, period = host.body.size, grid.h * grid.cells
+    points = min(len(section), stops * total)
+    noted = total - points // stops  # the first period with rows
+    cells = grid.cells // stops
+    if repetition is not None:
+        begin_repetition(repetition, host, watch, first, state)
+    p = first
+    last = end
+    while p < last:
+        impacts.began[0] = p * period
+        for part in range(stops):
+            status = run_part(host, varied, watch, (cells * part, cells * (part + 1)), state)
             if status != OK:
                 return status
-            row = points - span.stops * (span.first + span.periods - p) + part
+            row = points - stops * (total - p) + part
             if row >= 0:
                 for i in range(2 * size):
-                    section[row, i] = y[i]
-        total = 0.0
+                    section[row, i] = state[i]
+        size_of_state = 0.0
         for i in range(2 * size):
-            total += abs(y[i])
-        if not total < HUGE:
+            size_of_state += abs(state[i])
+        if not size_of_state < HUGE:
             return DIVERGED
-    if span.periods == 0:
-        impacts.filled[0] = 0
-    write_contacts(walls, contacts, state, 2 * size)
+        write_contacts(walls, contacts, state, 2 * size)
+        if watch is not None and watch.is_on[0] > 0.0:
+            sum_up(repetition, watch, p - first)
+        p += 1
+        if repetition is not None and repetition.periods[CYCLE] == 0:
+            p, last = next_period(repetition, host, watch, (end, noted), p, state)
+    if repetition is not None and last < end:
+        cycle = repetition.periods[CYCLE]
+        for row in range(points - stops * (total - last), points - stops * (total - end)):
+            if row >= 0:
+                for i in range(2 * size):
+                    section[row, i] = section[row - stops * cycle, i]
+        repeat_impacts(repetition, host, period, (end - last) // cycle)
+        if watch is not None and watch.is_on[0] > 0.0:
+            repeat_integrals(repetition, watch, last - first, end - first)
+    if watch is not None and watch.is_on[0] > 0.0:
+        put_totals(repetition, watch)
     return OK
 
 
 @jit
-def run_part(host, varied, watch, ends, origin, y):
-    """Advance y between two smallest cells of a period that begins at `origin` [s]."""
+def run_part(host, varied, watch, ends, y):
+    """Advance y between two smallest cells of a period."""
     if host.body.springs is not None:
-        return run_part_on_springs(host, varied, watch, ends, origin, y)
+        return run_part_on_springs(host, varied, watch, ends, y)
     body, grid, walls, contacts, _, scratch, _, _ = host
     (first, stop), touches = ends, 0
     is_followed = varied is not None or watch is not None
@@ -360,25 +412,25 @@ def run_part(host, varied, watch, ends, origin, y):
                 if is_followed:
                     put_columns(body, grid, (base, shift), y, scratch.columns)
                 touch = base, shift, place
-                left = take_at_once(host, varied, watch, wall, touch, (stop, origin), y)
+                left = take_at_once(host, varied, watch, wall, touch, stop, y)
             if left[0] == NOT_SHORT:
                 carry(body, grid, scratch, (base, shift), (j, x), y)
             if left[0] == NOT_SHORT and walls.law[wall] == IS_HERTZ:
                 # the polynomial of r from the touch on reaches farther
                 expand_at_touch(body, grid, walls.links[wall], scratch, (j, x), y)
-                left = take_at_once(host, varied, watch, wall, (j, x, 0.0), (stop, origin), y)
+                left = take_at_once(host, varied, watch, wall, (j, x, 0.0), stop, y)
             if left[0] == LOST_TOUCH:
                 return STEP_BUDGET
             if left[0] != NOT_SHORT:
                 j, x, base, shift = left
                 continue
-            time = origin + (j + x) * grid.h
+            time = (j + x) * grid.h
             if walls.law[wall] == IS_RIGID:
                 drive_of(grid, j, x, scratch.drive)
                 strike(host, varied, wall, time, scratch.drive, y)
             else:
                 begin(host, varied, wall, time, y)
-        j, x = step_contacts(host, varied, watch, (j, x, stop, origin), y)
+        j, x = step_contacts(host, varied, watch, (j, x, stop), y)
         if j == LOST_TOUCH:
             return STEP_BUDGET
         base, shift = j, x
@@ -386,7 +438,7 @@ def run_part(host, varied, watch, ends, origin, y):
 
 
 @jit
-def run_part_on_springs(host, varied, watch, ends, origin, y):
+def run_part_on_springs(host, varied, watch, ends, y):
     """Advance y as `run_part` does, under springs that are not linear.
 
     By the longest cells (`spring_cells`) that hold and are proven clear of touches; contacts, and
@@ -430,10 +482,10 @@ def run_part_on_springs(host, varied, watch, ends, origin, y):
             continue
         if is_taken:
             if not is_varied_in_cell(host, varied, level, h) and is_noted_beside(varied, watch):
-                step_beside(host, varied, watch, (at, at + length, origin), y)
+                step_beside(host, varied, watch, (at, at + length), y)
             for i in range(2 * body.size):
                 y[i] = cells.end[i]
-        elif not step_between(host, varied, watch, (at, at + length, origin), y):
+        elif not step_between(host, varied, watch, (at, at + length), y):
             return STEP_BUDGET
         place += length
         patience -= 1
@@ -482,12 +534,12 @@ def is_noted_beside(varied, watch):
 def step_between(host, varied, watch, places, y):
     """Step from one place to another, in smallest cells; return False if steps are lost.
 
-    places: (at, end, time [s] of the period's beginning).
+    places: (at, end).
     """
-    at, end, origin = places
+    at, end = places
     while at < end:
         j = int(at)
-        whole, rest = step_contacts(host, varied, watch, (j, at - j, end, origin), y)
+        whole, rest = step_contacts(host, varied, watch, (j, at - j, end), y)
         if whole == LOST_TOUCH:
             return False
         at = whole + rest

@@ -194,6 +194,9 @@ def _append(
     a, shorter = arm.points[-1], None
     if not bounds.contains(b.value):
         value = bounds.low if b.value < bounds.low else bounds.high
+        if a.value == value:  # the branch begins on the bound
+            arm.end = "bound"
+            return
         share = (value - a.value) / (b.value - a.value)
         place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
         cycle = at_value(section_map, place, b.cycle.n, value)

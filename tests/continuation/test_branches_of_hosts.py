@@ -155,3 +155,35 @@ def test_wrong_requests_for_branches_of_hosts_are_refused_in_one_line():
     ):
         with pytest.raises(nv.RequestError, match=words):
             nv.continue_branch(host, name, bounds, plane=plane)
+
+
+def test_a_branch_that_begins_on_a_bound_holds_its_first_point_once(frame):
+    (orbit,) = (one for one in frame.orbits_at(12.69) if one.stable)
+    there = frame.request.system.with_(omega=12.69)
+    options = {"start": orbit.state, "period": 1, "step": 0.1, "quiet": True}
+    gaps = there.parameters["b.gap"], 0.0205
+    (branch,) = nv.continue_branch(there, "b.gap", gaps, **options).branches
+    assert branch.ends == ("bound", "bound")
+    assert branch.parameter[0] == gaps[0]
+    assert (np.diff(branch.parameter) > 0.0).all()
+
+
+def test_monitors_of_a_host_lie_where_simulated_orbits_have_them(frame):
+    (orbit,) = (one for one in frame.orbits_at(12.69) if one.stable)
+    there = frame.request.system.with_(omega=12.69)
+    options = {"start": orbit.state, "period": 1, "step": 0.1, "quiet": True}
+    (branch,) = nv.continue_branch(there, "b.gap", (0.0195, 0.0205), **options).branches
+    level = 0.5 * (branch.E1max[0] + branch.E1max[-1])
+    path = nv.continue_branch(
+        there, "b.gap", (0.0195, 0.0205), monitors={"E1max": level}, **options
+    )
+    rows = path.special_points
+    at = rows.monitor == f"E1max = {level:g} J"
+    assert at.sum() == 1
+    (value,), (state,) = rows.value[at], rows.state[at]
+    assert orbit_energy(there.with_(**{"b.gap": float(value)}), state) == pytest.approx(level)
+
+
+def orbit_energy(system, state):
+    how = {"start": state, "record": ("energy",), "tolerance": 1e-12, "quiet": True}
+    return nv.simulate(system, 1, **how).E1max

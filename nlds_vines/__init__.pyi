@@ -2,10 +2,10 @@
 
 from nlds_vines.archives.archive import read as read
 from nlds_vines.bifurcation.command import scan as scan
+from nlds_vines.bifurcation.curves_command import response_curves as response_curves
 from nlds_vines.bifurcation.request import Scan as Scan
 from nlds_vines.bifurcation.request import load_scan as load_scan
 from nlds_vines.bifurcation.response_curves import ResponseCurves as ResponseCurves
-from nlds_vines.bifurcation.response_curves import response_curves as response_curves
 from nlds_vines.bifurcation.result import ScanArchive as ScanArchive
 from nlds_vines.bifurcation.result import orbit_of as orbit_of
 from nlds_vines.continuation.command import continue_branch as continue_branch

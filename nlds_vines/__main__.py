@@ -11,7 +11,7 @@ from nlds_vines.cli.entry import run
 USUAL = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "response-curves": (
-        "nlds_vines.bifurcation.response_curves",
+        "nlds_vines.bifurcation.curves_command",
         "dampers compared: energies against frequency",
     ),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),

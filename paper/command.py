@@ -18,7 +18,7 @@ from typing import Any
 from nlds_vines.bifurcation.blocks import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves import CurveRequest
-from nlds_vines.cli.command import TASKS, Command
+from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.running import (
     PLOT_SUFFIXES,
@@ -32,6 +32,7 @@ from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 from nlds_vines.runs.store import BlockStore
 from nlds_vines.upkeep.explore import refuse_without_bokeh
+from nlds_vines.upkeep.tasks import JOBS
 from paper.request import FigureRequest, load_figure, packaged_figures, short_name
 
 _NAME = "python -m paper"
@@ -98,7 +99,7 @@ class _Job:
     picture: str
     how: RunOptions
     page: Path | None = None
-    cached: dict[str, Any] = field(default_factory=dict)  # cases that several figures have
+    cached: dict[object, Any] = field(default_factory=dict)  # cases that several figures have
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
@@ -180,11 +181,12 @@ class _Job:
     def _compute(self, path: Path, request: CurveRequest | Scan) -> int:
         """Compute an archive unless it is there; return how many of its orbits failed."""
         from nlds_vines.archives.archive import read
+        from nlds_vines.bifurcation.run import run
 
         done = not self.how.overwrite and BlockStore(path, request).is_delivered()
         began = time.perf_counter()
         how = replace(self.how, quiet=True)
-        TASKS[request.content].part("run").run(request, path, how, self.cached)
+        run(request, path, how, self.cached)
         seconds = time.perf_counter() - began
         number = list(self.archives).index(path) + 1
         spent = "there already" if done else f"{request.lanes} orbits in {seconds:.1f} s"
@@ -202,7 +204,7 @@ class _Job:
         if request.computed is None:
             return self._draw_portrait(request, path)
         archive = self.folder / _ARCHIVES / request.archive
-        TASKS[request.computed.content].picture.save(archive, path)
+        JOBS[request.computed.content].picture().save(archive, path)
         self._say(str(path))
         return 0
 

@@ -20,7 +20,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation import blocks
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, quantities, sample_panels
 from nlds_vines.bifurcation.request import Scan, load_scan
-from nlds_vines.bifurcation.result import ScanArchive
+from nlds_vines.bifurcation.result import ScanArchive, scan_in
 from nlds_vines.cli import command as commands
 from nlds_vines.cli.options import SAMPLES, SET, SYSTEM, VARY, Option, numbers
 from nlds_vines.cli.running import add_run_options
@@ -184,14 +184,25 @@ class Job(ScanJob):
         blocks.refuse_without_room(self.request, self.archive)
 
     def results(self) -> Report:
+        return self.compute_archive()
+
+    def compute_archive(self) -> Report:
         from nlds_vines.bifurcation.run import run
 
         return run(self.request, self.archive, self.how)
 
-    def draw(self, plot: Path, results: Report) -> None:
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        return scan_in(path)
+
+    @classmethod
+    def picture(cls) -> Any:
         from nlds_vines.bifurcation.picture.drawing import PICTURE
 
-        PICTURE.save(self.archive, plot, self.show, self.frequency, self.look)
+        return PICTURE
+
+    def draw(self, plot: Path, results: Report) -> None:
+        self.picture().save(self.archive, plot, self.show, self.frequency, self.look)
 
     def plan(self) -> list[str]:
         scan = self.request

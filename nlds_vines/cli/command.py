@@ -1,4 +1,4 @@
-"""`Command` runs a command from arguments to exit status; a `Job` runs a request of any `Task`."""
+"""`Command` runs a command from arguments to exit status; a `Job` is a request and its files."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import atexit
 import gc
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
-from nlds_vines.archives import provenance
-from nlds_vines.archives.archive import ArchivePath, ArchiveView
+from nlds_vines.archives.archive import ArchivePath
 from nlds_vines.cli import running
 from nlds_vines.cli.options import (
     FREQUENCY,
@@ -85,53 +83,6 @@ class Command:
 
 
 # ---- tasks ---------------------------------------------------------------------------------------
-
-
-class Task(NamedTuple):
-    """The package of a task and the names of its modules there.
-
-    Its module `run` computes an archive, `draws` has the `PICTURE` that draws one, `command` the
-    `Job` that does both; the function `reads` of `result` takes the path of an archive.
-    """
-
-    folder: str
-    reads: str
-    result: str = "result"
-    draws: str = "picture"
-    command: str = "command"
-
-    def part(self, word: str) -> Any:
-        return import_module(f"nlds_vines.{self.folder}.{word}")
-
-    def read(self, path: Path) -> Any:
-        return getattr(self.part(self.result), self.reads)(path)
-
-    @property
-    def picture(self) -> Any:
-        """The `plotting.chosen_panels.Drawing` of its archives."""
-        return self.part(self.draws).PICTURE
-
-
-TASKS: Mapping[str, Task] = {
-    provenance.SCAN: Task("bifurcation", "scan_in", draws="picture.drawing"),
-    provenance.TUNING: Task("tuning", "tuned"),
-    provenance.CONTINUATION: Task("continuation", "read_continuation"),
-    provenance.RESPONSE_CURVES: Task(
-        "bifurcation", "curves_in", "response_curves", "picture.curves", "response_curves"
-    ),
-    provenance.RESPONSE_HISTORY: Task("loads", "histories_in"),
-    provenance.PORTRAIT: Task("portrait", "portrait_in"),
-}
-"""A new kind of archive is a new entry."""
-
-_ENSEMBLE = Task("transients", "ensemble_of", "ensemble")
-
-
-def task_of(view: ArchiveView) -> Task | None:
-    """Return the task of an archive; for a scan of many starts in one cell that of ensembles."""
-    if view.content == provenance.SCAN and _ENSEMBLE.part("ensemble").is_ensemble(view):
-        return _ENSEMBLE
-    return TASKS.get(view.content)
 
 
 @dataclass(frozen=True)
@@ -213,13 +164,25 @@ class Job:
         return results
 
     def results(self) -> Any:
-        task = TASKS[self.request.content]
-        task.part("run").run(self.request, self.archive, self.how)
-        return task.read(self.archive)
+        self.compute_archive()
+        return self.read(self.archive)
+
+    def compute_archive(self) -> Any:
+        """Compute the request into the archive, with kernels that are loaded now."""
+        raise NotImplementedError
+
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        """Return the results in an archive of such requests."""
+        raise NotImplementedError
+
+    @classmethod
+    def picture(cls) -> Any:
+        """Return the `plotting.chosen_panels.Drawing` of archives of such requests."""
+        raise NotImplementedError
 
     def draw(self, plot: Path, results: Any) -> None:
-        picture = TASKS[self.request.content].picture
-        picture.save(self.archive, plot, frequency=self.frequency, look=self.look)
+        self.picture().save(self.archive, plot, frequency=self.frequency, look=self.look)
 
     def plan(self) -> list[str]:
         raise NotImplementedError

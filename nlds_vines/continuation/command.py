@@ -277,6 +277,23 @@ class Job(commands.Job):
             for word in self.show.split(","):
                 choice("show", word.strip(), panels)
 
+    def compute_archive(self) -> Any:
+        from nlds_vines.continuation.run import run
+
+        return run(self.request, self.archive, self.how)
+
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        from nlds_vines.continuation.result import read_continuation
+
+        return read_continuation(path)
+
+    @classmethod
+    def picture(cls) -> Any:
+        from nlds_vines.continuation.picture import PICTURE
+
+        return PICTURE
+
     def draw(self, plot: Path, results: Continued) -> None:
         from nlds_vines.continuation.picture import picture
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nlds_vines.cli import command as commands
@@ -151,6 +152,23 @@ class Job(ScanJob):
     is_named_after_source: ClassVar[bool] = True
 
     request: HistoryRequest
+
+    def compute_archive(self) -> Any:
+        from nlds_vines.loads.run import run
+
+        return run(self.request, self.archive, self.how)
+
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        from nlds_vines.loads.result import histories_in
+
+        return histories_in(path)
+
+    @classmethod
+    def picture(cls) -> Any:
+        from nlds_vines.loads.picture import PICTURE
+
+        return PICTURE
 
     def failure(self, results: Any) -> str:
         if isinstance(results, Report):

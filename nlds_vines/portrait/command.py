@@ -219,6 +219,23 @@ class Job(commands.Job):
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
         return results
 
+    def compute_archive(self) -> Any:
+        from nlds_vines.portrait.run import run
+
+        return run(self.request, self.archive, self.how)
+
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        from nlds_vines.portrait.result import portrait_in
+
+        return portrait_in(path)
+
+    @classmethod
+    def picture(cls) -> Any:
+        from nlds_vines.portrait.picture import PICTURE
+
+        return PICTURE
+
     def lines(self, results: Portrait) -> list[str]:
         lines = super().lines(results)
         if self.exponents:

@@ -29,9 +29,8 @@ class ScanJob(commands.Job):
         return [] if self.how.shard is None else [share_in_words(blocks, self.how.shard)]
 
     def results(self) -> Any:
-        task = commands.TASKS[self.request.content]
-        report: Report = task.part("run").run(self.request, self.archive, self.how)
-        return task.read(self.archive) if report.is_whole else report
+        report: Report = self.compute_archive()
+        return self.read(self.archive) if report.is_whole else report
 
     def lines(self, results: Any) -> list[str]:
         if isinstance(results, Report):

@@ -151,6 +151,16 @@ class Job(bifurcation.Job):
         assert isinstance(job, Job)
         return job if job.plot else replace(job, plot=job.archive.with_suffix(".png"))
 
+    @classmethod
+    def read(cls, path: Path) -> Ensemble:
+        return ensemble_of(path)
+
+    @classmethod
+    def picture(cls) -> Any:
+        from nlds_vines.transients.picture import PICTURE
+
+        return PICTURE
+
     def draw(self, plot: Path, results: Report) -> None:
         from nlds_vines.transients.picture import picture
 

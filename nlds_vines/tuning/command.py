@@ -158,6 +158,23 @@ class Job(commands.Job):
             complain(_NAME, price_in_words(self.request))
         return super().results()
 
+    def compute_archive(self) -> Any:
+        from nlds_vines.tuning.run import run
+
+        return run(self.request, self.archive, self.how)
+
+    @classmethod
+    def read(cls, path: Path) -> Any:
+        from nlds_vines.tuning.result import tuned
+
+        return tuned(path)
+
+    @classmethod
+    def picture(cls) -> Any:
+        from nlds_vines.tuning.picture import PICTURE
+
+        return PICTURE
+
     def check_picture(self) -> None:
         surface = self.request.surface
         for item in self.request.free:

@@ -1,4 +1,4 @@
 """Commands over all tasks: look after archives and runs, and serve and send pages of them.
 
-Modules in reading order: branches_picture, plot, rerun, export, explore, report.
+Modules in reading order: tasks, branches_picture, plot, rerun, export, explore, report.
 """

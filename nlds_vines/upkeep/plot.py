@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.archives.archive import ArchivePath, ArchiveView, read
 from nlds_vines.archives.provenance import RESPONSE_HISTORY, SCAN
-from nlds_vines.cli.command import TASKS, Command, Task, task_of
+from nlds_vines.cli.command import Command, Job
 from nlds_vines.cli.options import FREQUENCY, LOOK, Parser, look_of
 from nlds_vines.cli.running import check_plot, existing, refuse_replacing, refuse_same
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.look import Look
+from nlds_vines.upkeep.tasks import JOBS, job_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,8 +90,8 @@ def open_archive(path: str | os.PathLike[str]) -> Opened:
     'omega'
     """
     with read(path) as view:
-        task = task_of(view)
-        return task.read(view.path) if task else ArchivePath.of(view.path)
+        job = job_for(view)
+        return job.read(view.path) if job else ArchivePath.of(view.path)
 
 
 def panels(archive: str | os.PathLike[str]) -> dict[str, str]:
@@ -125,18 +126,19 @@ def panels(archive: str | os.PathLike[str]) -> dict[str, str]:
     from nlds_vines.plotting.chosen_panels import drawn
 
     with read(archive) as view:
-        task = _drawn_task(view)
-        meanings = dict(drawn(view, task.picture.names))
+        job = _drawn_by(view)
+        meanings = dict(drawn(view, job.picture().names))
         if view.content == SCAN:  # of an ensemble, those of a scan as well
-            meanings |= drawn(view, TASKS[SCAN].picture.names)
+            meanings |= drawn(view, JOBS[SCAN].picture().names)
         return meanings
 
 
-def _drawn_task(view: ArchiveView) -> Task:
-    task = task_of(view)
-    if task is None:
+def _drawn_by(view: ArchiveView) -> type[Job]:
+    """Return the job that draws an archive; `RequestError` if none does."""
+    job = job_for(view)
+    if job is None:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
-    return task
+    return job
 
 
 def plot(
@@ -220,14 +222,14 @@ def plot(
         raise RequestError("to is the file of a page, not of axes: save the figure of the axes")
     others = [marks] if isinstance(marks, str | os.PathLike) else [*marks]
     with read(archive) as view, sheet(style):
-        task = _drawn_task(view)
-        picture: Drawing = task.picture
+        job = _drawn_by(view)
+        picture: Drawing = job.picture()
         # of an ensemble, `show` may ask for the drawing of a scan
         words = {word.strip() for word in show.split(",")} if show else set()
-        if task is TASKS[SCAN] or (
+        if job is JOBS[SCAN] or (
             view.content == SCAN and show is not None and words.isdisjoint(picture.names(view))
         ):
-            picture = replace(TASKS[SCAN].picture, manifold=manifold)
+            picture = replace(JOBS[SCAN].picture(), manifold=manifold)
         elif manifold:
             raise RequestError(
                 f"{view.path} holds a {view.content}: the manifold is for maps alone"

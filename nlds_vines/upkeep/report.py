@@ -7,14 +7,14 @@ from pathlib import Path
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.files import write_text
-from nlds_vines.archives.provenance import SCAN
 from nlds_vines.cli import running
-from nlds_vines.cli.command import TASKS, Command, task_of
+from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import FREQUENCY, Parser
 from nlds_vines.cli.terminal import DONE, say
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.model.ratios import UNITS
 from nlds_vines.upkeep.explore import holds_map, refuse_without_bokeh
+from nlds_vines.upkeep.tasks import ENSEMBLE, job_for
 
 _EXAMPLES = """\
 examples:
@@ -39,7 +39,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     running.check_writable("output", output)
     running.refuse_replacing("output", output, options.overwrite)
     with read(source) as view:
-        is_of_starts = view.content == SCAN and task_of(view) is not TASKS[SCAN]
+        is_of_starts = job_for(view) is ENSEMBLE
     if is_of_starts or not holds_map(source):
         return _send(options, source, output)
     refuse_without_bokeh("report")

@@ -7,12 +7,13 @@ from pathlib import Path
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.provenance import SCAN
-from nlds_vines.cli.command import TASKS, Command, Job
+from nlds_vines.cli.command import Command
 from nlds_vines.cli.options import Parser
 from nlds_vines.cli.running import add_run_options, run_options
 from nlds_vines.cli.terminal import DIFFERENT, DONE, ORBITS_FAILED, say
 from nlds_vines.errors import RequestError
 from nlds_vines.scans.scan_job import ScanJob
+from nlds_vines.upkeep.tasks import JOBS
 
 _EXAMPLES = """\
 examples:
@@ -30,12 +31,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     if source.is_file():
         with read(source) as view:
             content = view.content
-    task = TASKS.get(content, TASKS[SCAN])  # a scan's says that anything else is none
-    make_job: type[Job] = task.part(task.command).Job
+    make_job = JOBS.get(content, JOBS[SCAN])  # a scan's says that anything else is none
     is_shared = how.shard is not None or how.scheduler is not None
     if is_shared and not issubclass(make_job, ScanJob):
         raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
-    job = make_job(task.read(source).request, source, output, None, how)
+    job = make_job(make_job.read(source).request, source, output, None, how)
     status = job.carry_out("rerun", options.dry_run)
     if options.dry_run or how.shard is not None or status not in (DONE, ORBITS_FAILED):
         return status

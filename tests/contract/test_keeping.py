@@ -47,7 +47,12 @@ def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
     arrays = {"status": np.array([OK, OK, DIVERGED]), "label": labels}
     blocks = [(SimpleNamespace(index=i), arrays, 0.0) for i in range(2)]
     with Progress(9, "orbit", quiet=False) as progress:
-        _save(SimpleNamespace(save=lambda *_: None), iter(blocks), Report(), progress)
+        _save(
+            SimpleNamespace(save=lambda *_: None, is_in_memory=False),
+            iter(blocks),
+            Report(),
+            progress,
+        )
     err = capsys.readouterr().err
     assert err.startswith("6 of 9 orbits, ")
     assert err.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")

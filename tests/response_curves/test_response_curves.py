@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import response_curves
+from nlds_vines.bifurcation.curves_command import main
 from nlds_vines.bifurcation.picture.curves import draw_curves
-from nlds_vines.bifurcation.response_curves import main
 from nlds_vines.engine.records import OK
 from nlds_vines.model.labels import FLAGS
 from nlds_vines.upkeep.rerun import differing

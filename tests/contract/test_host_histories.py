@@ -232,6 +232,22 @@ def test_a_scan_of_presets_and_general_systems(quake):
     assert len(maps) == 2
 
 
+def test_a_host_of_one_floor_is_struck_beside_a_preset(here):
+    """The same structure, damper and walls, from parameters and from parts, struck by one blow."""
+    preset = nv.load_system("tmd")
+    p = preset.parameters
+    host = nv.Host(M=[[p["m1"]]], K=[[p["k1"]]], C=[[p["c1"]]], dofs=["x1"])
+    damper = nv.Damper("damper", "x1", m=p["m2"], k=p["k2"], c=p["c2"])
+    by_hand = nv.System.from_host(host, [damper], name="by hand")
+    load = {"impulse": 300.0, "on": "x1"}
+    histories = nv.response_history([preset, by_hand], load=load, duration=5.0, quiet=True)
+    one, other = histories["tmd"].numbers, histories["by hand"].numbers
+    assert other["x1.x_max"] == pytest.approx(one["x1_max"], rel=1e-10)
+    assert other["damper.E2max"] == pytest.approx(one["E2max"], rel=1e-10)
+    for name in ("E1max", "last_10", "last_50"):
+        assert other[name] == pytest.approx(one[name], rel=1e-9)
+
+
 @pytest.mark.parametrize("law", ["hertz", "restitution"])
 def test_impacts_of_presets_are_those_of_the_same_system_from_parts(here, law):
     """One by one, under a blow: of a wall of the ground, and of two walls, one on each body."""

@@ -37,6 +37,7 @@ from nlds_vines.model.parameters import LAWS, PARAMETERS, Parameter, of_second
 from nlds_vines.model.ratios import RATIOS, ratios_in
 from nlds_vines.model.scenes import BASES, SCENES, Scene
 from nlds_vines.model.setting import settings_of
+from nlds_vines.model.signals import Signal
 from nlds_vines.portrait.request import ColumnEntry, PortraitRequest, Times
 from nlds_vines.tuning.request import Search, Surface, Tuning, load_tuning
 from nlds_vines.tuning.result import contents
@@ -190,7 +191,8 @@ def _table_of(scene: Scene, want: Sequence[str]) -> Mapping[str, Dataset]:
     """Return the datasets of a scan of a scene from random starts."""
     axes = (Axis.spaced("omega", 5.0, 6.0, 2),)
     spectra = spectral(want)
-    more = SpectralRecords(spectra, scene, (), 2, 64, 8.0, "hann") if spectra else None
+    signals = {"x": Signal("m", "displacement", "x", np.copy)}
+    more = SpectralRecords(spectra, signals, 2, 64, 8.0, "hann") if spectra else None
     return table_of(scene, want, axes, Start("random", 2), 2, more).datasets
 
 

@@ -150,7 +150,7 @@ class Job(ScanJob):
         if self.show is not None:
             datasets = self.request.table.datasets
             spectral = self.request.spectral
-            signals = () if spectral is None else spectral.signals
+            signals = () if spectral is None else tuple(spectral.signals)
             sampled = self.request.sampled
             scene = self.request.system.scene
             parts = signals, scene.dampers, self.request.of

@@ -182,7 +182,8 @@ class Scan(Request):
     tolerance: float | str | None = solver_settings.tolerance_setting("sampling")
     signals: tuple[str, ...] = setting(
         (), Checked(checked_signals, listed=True), "spectrum",
-        "what spectra are of: components of the state, or u = x2 - x1", usual="x1, u",
+        "what spectra are of: components of the state, u = x2 - x1, or of hosts roof, roof.v",
+        usual="x1, u",
     )  # fmt: skip
     highest: float = setting(
         8.0, Real(0.0, 1000.0, inside=True), "spectrum",
@@ -378,9 +379,12 @@ class Scan(Request):
     @cached_property
     def spectral(self) -> SpectralRecords | None:
         """The records of spectra; None without any."""
-        want, scene = records.spectral(self.want), self.system.scene
+        want = records.spectral(self.want)
+        if not want:
+            return None
+        signals = self.system.recorded_signals(self.signals)
         sampling = self.periods, self.samples, self.highest, self.window
-        return SpectralRecords(want, scene, self.signals, *sampling) if want else None
+        return SpectralRecords(want, signals, *sampling)
 
     @property
     def scans(self) -> list[Scan]:

@@ -16,15 +16,8 @@ from nlds_vines.bifurcation.request import Scan, load_scan
 from nlds_vines.bifurcation.response_curves import CurveRequest, load_curves, numbers_of_orbits
 from nlds_vines.bifurcation.result import STEP, own_states
 from nlds_vines.engine import records
-from nlds_vines.engine.batch import (
-    Kernels,
-    Outputs,
-    Wanted,
-    agreement,
-    impacts_per_cycle,
-    spectra_of,
-)
-from nlds_vines.engine.engine import engine_for
+from nlds_vines.engine.batch import Outputs, Wanted, agreement, impacts_per_cycle, spectra_of
+from nlds_vines.engine.engine import Runner, engine_for
 from nlds_vines.engine.solver_settings import most_watched
 from nlds_vines.engine.spectrum import SpectralRecords
 from nlds_vines.kernels.scene.scene import Span
@@ -69,9 +62,10 @@ class Computer:
         self._rows = [scan.system.displacement(name)[0] for name in scan.of]
         of = scan.of if "response" in scan.want else ()
         self.kernels = self._engine.runner(wanted, tell, of=of, helped=helped)
-        self._traced: Kernels | None = None  # for the states of spectra, which hosts do not have
+        self._traced: Runner | None = None  # for the states of spectra
         if scan.spectral is not None:
-            self._traced = Kernels(replace(wanted, want=("section",)), tell, helped=helped)
+            states = replace(wanted, want=("section",))
+            self._traced = self._engine.runner(states, tell, of=(), helped=helped)
 
     @property
     def table(self) -> Table:

@@ -451,13 +451,9 @@ def spectra_of(
         n = int(period_of(section, RECURS))
         if "lines" in records.want:
             arrays["line_period"][lane] = n
-        for i, name in enumerate(records.signals):
+        for i, signal in enumerate(records.signals.values()):
             here = (*lane, i)
-            if name == "u":
-                values = of_orbit[:, 2] - of_orbit[:, 0]
-            else:
-                column = records.scene.components.index(name)
-                values = np.ascontiguousarray(of_orbit[:, column])
+            values = np.ascontiguousarray(signal.of(of_orbit))
             if "spectrum" in records.want:
                 whole = spectrum_of(values, records.samples, 1.0, window=records.window)
                 arrays["spectrum"][here] = whole.amplitude[: records.bins]

@@ -19,6 +19,7 @@ from nlds_vines.engine.one_orbit import Orbit
 from nlds_vines.engine.section_map import SectionMap, Variations
 from nlds_vines.engine.solver_settings import Settings
 from nlds_vines.engine.starts import Start
+from nlds_vines.kernels.scene.scene import Span
 from nlds_vines.model.catalog import without_hosts
 from nlds_vines.model.system import General, System
 from nlds_vines.runs.progress import Tell
@@ -67,6 +68,14 @@ class Runner(Protocol):
 
     def responses(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets of the response by name; none if it is not recorded."""
+
+    def states(
+        self, sweeps: np.ndarray, starts: np.ndarray, span: Span
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return states (sweeps, cells, periods stops, components) and status, without a verdict.
+
+        `span` has `stops` equidistant states per period.  The section must be the only record.
+        """
 
     def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the section (sweeps, cells, periods, components) without a verdict."""

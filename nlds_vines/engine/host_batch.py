@@ -51,8 +51,12 @@ class HostKernels:
 
     def run(self, sweeps: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run sweeps (sweeps, cells) from `starts` (sweeps, components)."""
+        return self._run(sweeps, starts, Span(transient, periods, 1))
+
+    def _run(self, sweeps: np.ndarray, starts: np.ndarray, span: Span) -> Outputs:
         shape, others = (len(sweeps), sweeps.shape[1]), {*self._wanted.want} - {"response"}
-        outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, periods)
+        points = span.periods * span.stops
+        outputs = Outputs.of(replace(self._wanted, want=others), shape, 0, points)
         if "response" in self._wanted.want:
             count = len(of_rows(self._system))
             response = np.full((*shape, len(self._of), count), np.nan)
@@ -64,7 +68,7 @@ class HostKernels:
             outputs = replace(outputs, evidence=np.full((*shape, length), np.nan))
         has_records = not {"energy", "response"}.isdisjoint(self._wanted.want)
         compile_host(self._system, self._tell, has_records, outputs.evidence is not None)
-        arguments = sweeps, starts, Span(transient, periods, 1), outputs
+        arguments = sweeps, starts, span, outputs
         on_threads(self._sweep, arguments, len(sweeps), 1, MOST_AT_ONCE)
         return outputs
 
@@ -91,12 +95,20 @@ class HostKernels:
             arrays[responses.IMPULSE] = impulses if scene.dampers else impulses[..., 0]
         return arrays
 
+    def states(
+        self, sweeps: np.ndarray, starts: np.ndarray, span: Span
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return states (sweeps, cells, periods stops, components) and status, without a verdict.
+
+        `span` has `stops` equidistant states per period.
+        """
+        wanted = replace(self._wanted, want=("section",))
+        outputs = HostKernels(self._system, wanted, self._tell)._run(sweeps, starts, span)
+        return outputs.buffers.section, outputs.status
+
     def sections(self, sweeps: np.ndarray, starts: np.ndarray, periods: int) -> np.ndarray:
         """Return the section (sweeps, cells, periods, components) without a verdict."""
-        wanted = replace(self._wanted, want=("section",))
-        outputs = HostKernels(self._system, wanted, self._tell).run(sweeps, starts, 0, periods)
-        section: np.ndarray = outputs.buffers.section
-        return section
+        return self.states(sweeps, starts, Span(0, periods, 1))[0]
 
     def _sweep(
         self, begin: int, end: int, sweeps: np.ndarray, starts: np.ndarray, span: Span, out: Outputs

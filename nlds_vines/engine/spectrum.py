@@ -10,10 +10,9 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.representation import Outlined, Rows
-from nlds_vines.errors import RequestError, checked_words, choice, number, whole
+from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.model.quantities import OF_SIGNALS
-from nlds_vines.model.scenes import Scene
-from nlds_vines.model.signals import SIGNALS
+from nlds_vines.model.signals import Signal
 
 TAPERS: Mapping[str, int] = {"rectangular": 0, "hann": 1}
 """The window functions, with the bins to either side of its own that a line on a bin fills.  One
@@ -233,8 +232,6 @@ def spectrum_of(
 # number of recorded lines of an nT orbit, at m / n of the forcing frequency, m = 1, 2, ...
 LINES = 24
 
-USUAL = ("x1", "u", "x")  # the default signals, of which a scene has some
-
 # the spectral label if the broadband share, or too few sampled periods, does not decide
 UNCLEAR = "unclear"
 
@@ -250,9 +247,12 @@ FEWEST_PERIODS = 120
 
 
 def checked_signals(value: object) -> tuple[str, ...]:
-    if isinstance(value, list | tuple) and not value:
-        return ()
-    return checked_words("signals", value, SIGNALS, "signal")
+    """Return different names of signals; the system of a scan checks what they mean."""
+    if not isinstance(value, list | tuple) or not all(isinstance(name, str) for name in value):
+        raise RequestError(f"signals = {shown(value)} must be a list of words")
+    if len({*value}) < len(value):
+        raise RequestError(f"signals = {shown(list(value))} names something twice")
+    return tuple(value)
 
 
 @dataclass(frozen=True)
@@ -260,19 +260,13 @@ class SpectralRecords:
     """The spectral records of a scan."""
 
     want: Collection[str]  # words of `records.SPECTRAL`
-    scene: Scene
-    signals: tuple[str, ...]  # by default those of `USUAL` that the scene has
+    signals: Mapping[str, Signal]  # by name
     periods: int  # sampled, of `samples` states each
     samples: int
     highest: float  # frequency of a bin in multiples of the forcing frequency
     window: str  # of `spectrum.TAPERS`, for amplitudes; the broadband share uses Hann
 
     def __post_init__(self) -> None:
-        signals = (*self.scene.components, *(["u"] if self.scene.damper else []))
-        usual = tuple(name for name in USUAL if name in signals)
-        object.__setattr__(self, "signals", self.signals or usual)
-        for name in self.signals:
-            choice("signal", name, signals)
         choice("window", self.window, TAPERS)
         if not self.highest <= self.samples / 2:
             raise RequestError(
@@ -290,7 +284,7 @@ class SpectralRecords:
         return sizes | ({"line": LINES} if "lines" in self.want else {})
 
     def scales(self) -> Iterator[Scale]:
-        yield Scale("signal", np.array(self.signals), "1", "signal of the spectrum")
+        yield Scale("signal", np.array([*self.signals]), "1", "signal of the spectrum")
         if "spectrum" in self.want:
             text = f"frequency over that of the force; {self.window} window"
             yield Scale("frequency", np.arange(self.bins) / self.periods, "1", text)
@@ -300,7 +294,7 @@ class SpectralRecords:
 
     def in_units(self, dataset: Dataset) -> Dataset:
         """Return a dataset with the units of the signals in place of `OF_SIGNALS`."""
-        units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
+        units = ", ".join(dict.fromkeys(signal.unit for signal in self.signals.values()))
         return replace(dataset, units=units) if dataset.units == OF_SIGNALS else dataset
 
     def lines_of(self, values: np.ndarray, n: int, transient: int) -> tuple[np.ndarray, np.ndarray]:

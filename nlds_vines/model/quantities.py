@@ -486,6 +486,9 @@ QUANTITIES = (
     _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
 )  # fmt: skip
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
+OF_SIGNALS_BY_NAME: Mapping[str, Quantity] = MappingProxyType(
+    {q.name: q for q in QUANTITIES if "signal" in q.dims}
+)
 
 # of a cycle of nT, beside `periodicity`
 COUNTS_PER_CYCLE = ("impact_count", "impacts_by_wall")

@@ -371,9 +371,7 @@ class HostScene(Scene):
     settable: tuple[str, ...] = ()  # `General.allowed` without ratios
     has_symbols: bool = False
     has_times_of_records: bool = True
-    unrecorded: tuple[str, ...] = (
-        "peak", "clearance", "spectrum", "lines", "broadband",
-    )  # fmt: skip
+    unrecorded: tuple[str, ...] = ("peak", "clearance")
     may_be_empty: tuple[str, ...] = ("impacts",)
     methods: tuple[str, ...] = ("exact",)
     fineness: tuple[str, ...] = ("tolerance",)

@@ -49,6 +49,11 @@ SIGNALS: Mapping[str, SignalWords] = {
 """The signals of a structure with one damper, by name."""
 
 
+def is_velocity(name: str) -> bool:
+    """Return True if a recorded signal, by its name, is a velocity: v1, roof.v."""
+    return name in ("v", "v1", "v2") or name.endswith(".v")
+
+
 class Motion(NamedTuple):
     """A displacement w X along an orbit and its rate: the coordinates of a phase plane.
 

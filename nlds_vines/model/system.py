@@ -528,6 +528,14 @@ class System(Outlined):
         """Return the names of the signals whose spectra are shown by default."""
         raise NotImplementedError
 
+    def recorded_signals(self, names: Sequence[str]) -> dict[str, Signal]:
+        """Return the signals whose spectra scans record, by default those of displacements.
+
+        They are linear in the state and the same in all cells of a scan, as forces are not.
+        Raises `RequestError` for others.
+        """
+        raise NotImplementedError
+
     def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
         """Return the signals of an orbit's archive: the components of its states, then all others.
 
@@ -868,6 +876,12 @@ class Preset(System):
 
     def usual_signals(self, of: Sequence[str] = ()) -> tuple[str, ...]:
         return self.scene.components[-2:-1]
+
+    def recorded_signals(self, names: Sequence[str]) -> dict[str, Signal]:
+        allowed = (*self.scene.components, *(["u"] if self.scene.damper else []))
+        usual = [name for name in ("x1", "u", "x") if name in allowed]
+        chosen = [choice("signal", name, allowed) for name in names or usual]
+        return {name: self.signal(name) for name in chosen}
 
     def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
         recorded = (*self.scene.components, "force", "E1", "E2")
@@ -1852,6 +1866,16 @@ class General(System):
 
     def usual_signals(self, of: Sequence[str] = ()) -> tuple[str, ...]:
         return self.shown(of)
+
+    def recorded_signals(self, names: Sequence[str]) -> dict[str, Signal]:
+        signals = {name: self.signal(name) for name in names or self.usual_signals()}
+        for name, signal in signals.items():
+            if signal.unit not in ("m", "m/s"):
+                raise RequestError(
+                    f"signal {name!r} is {signal.meaning}; spectra of scans are of displacements "
+                    "and velocities, as roof, roof-floor1, roof.v or cell.stroke"
+                )
+        return signals
 
     def histories(self, of: Sequence[str] = ()) -> dict[str, Signal]:
         signals = {}

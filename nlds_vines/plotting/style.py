@@ -16,6 +16,7 @@ from nlds_vines.errors import MOST_CHARACTERS, printable
 from nlds_vines.model.parameters import DESCRIBED, PHASE
 from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
 from nlds_vines.model.scenes import BODIES, MOVING
+from nlds_vines.model.signals import SIGNALS
 
 CM = 1 / 2.54  # one centimeter in inches
 WIDTH = 16 * CM  # width in inches of a picture over two columns
@@ -223,9 +224,11 @@ _LIST = re.compile(rf"(?:(?<=: )(?:{_ANY})|^(?:{_ANY})(?=, ))(?:, (?:{_ANY}))*(?
 
 
 def signal_symbol(signal: str) -> str:
-    """Return a signal in LaTeX: x1, v1 as x1 with a dot, u as x2 - x1."""
+    """Return a signal in LaTeX: x1, v1 as x1 with a dot, u as x2 - x1; of a host its name."""
     if signal == "u":
         return "$x_2-x_1$"
+    if signal not in SIGNALS:
+        return signal
     letter, number = signal[0], signal[1:]
     symbol = letter if letter == "x" else r"\dot{x}"
     return f"${symbol}_{number}$" if number else f"${symbol}$"

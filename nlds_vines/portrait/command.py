@@ -22,10 +22,10 @@ from nlds_vines.cli import command as commands
 from nlds_vines.cli import running
 from nlds_vines.cli.options import SET, SYSTEM, Option, comma_separated, numbers, numbers_by_name
 from nlds_vines.cli.terminal import ORBITS_FAILED, complain
-from nlds_vines.engine.spectrum import SIGNALS
 from nlds_vines.errors import RequestError, shown, table, whole
 from nlds_vines.model.look import USUAL_LOOK
 from nlds_vines.model.setting import settings_of
+from nlds_vines.model.signals import SIGNALS
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import (
     EXPONENTS,

@@ -47,6 +47,46 @@ def scan_of(axes, want=WANT, start=REST, system=RIGID, **settings):
     return Scan("frame", system, axes, want, start, **SPAN | settings)
 
 
+def test_spectra_are_those_of_an_orbit_of_a_cell():
+    """Amplitudes, lines and broadband shares beside `nv.spectrum` and a Fourier sum."""
+    signals = ("roof", "roof-floor1", "roof.v")
+    want = ("spectrum", "lines", "broadband")
+    scan = scan_of({"omega": [12.0, 12.6]}, want, signals=signals, samples=32, highest=4.0)
+    assert scan.table.datasets["spectrum"].units == "m, m/s"
+    arrays = computed(scan)
+    for i, omega in enumerate((12.0, 12.6)):
+        orbit = nv.simulate(
+            RIGID.with_(omega=omega), 30, transient=40, samples=32,
+            record=["trajectory"], quiet=True,
+        )  # fmt: skip
+        for j, name in enumerate(signals):
+            values = orbit.system.signal(name).of(orbit.trajectory)
+            terms = values @ np.exp(-2j * np.pi * np.outer(np.arange(960), np.arange(1, 121)) / 960)
+            whole = nv.spectrum(orbit, signal=name, window="hann")
+            np.testing.assert_array_equal(arrays["spectrum"][i, 0, j], whole.amplitude[:121])
+            assert arrays["broadband"][i, 0, j] == whole.background_share(121)
+            if arrays["line_period"][i, 0] == 1:
+                lines = 2 * np.abs(terms[29::30]) / 960
+                np.testing.assert_allclose(
+                    arrays["line_amplitude"][i, 0, j, :4], lines, rtol=1e-9, atol=1e-15
+                )
+
+
+def test_spectra_of_a_host_are_those_of_the_kind():
+    """Of both formulations of one system, from rest; only the mean of u has the offset at rest."""
+    kind = nv.load_system("ssul-set6").with_(omega=7.0)
+    found = []
+    for system, signals in ((kind, ["x1", "u"]), (as_host(kind), ["x", "u.stroke"])):
+        scan = nv.scan(
+            system, vary={"omega": [7.0]}, record=["spectrum", "broadband"], quiet=True,
+            sampling={"transient": 300, "periods": 60}, spectrum={"signals": signals},
+        )  # fmt: skip
+        found.append((scan["spectrum"][0, 0, :, 1:], scan["spectral_label"].item()))
+    (of_kind, label), (of_host, other) = found
+    assert of_host == pytest.approx(of_kind, rel=1e-6, abs=1e-9 * of_kind.max())
+    assert label == other
+
+
 def test_the_modulation_of_displacements_is_that_of_the_section():
     scan = scan_of({"omega": [12.0, 12.6]}, ("modulation",), of=["roof", "roof-floor1"])
     arrays = computed(scan)
@@ -331,7 +371,9 @@ def test_pictures_show_a_damper_and_what_it_hangs_on(tmp_path):
         ({"attic_0": [0.0, 1.0]}, {}, "unknown axis 'attic_0'; did you mean 'a_0'? allowed: a.m"),
         ({"roof_0": [0.0, 1.0]}, {"start": Start("up")}, "roof_0 is varied: orbits start at rest"),
         ({"omega": [12.0]}, {"method": "rk4"}, "unknown method 'rk4'"),
-        ({"omega": [12.0]}, {"want": ("spectrum",)}, "want 'spectrum' cannot be had"),
+        ({"omega": [12.0]}, {"want": ("peak",)}, "want 'peak' cannot be had"),
+        ({"omega": [12.0]}, {"want": ("spectrum",), "signals": ("attic",)}, "attic"),
+        ({"omega": [12.0]}, {"want": ("spectrum",), "signals": ("E1",)}, "signal 'E1' is energy"),
         ({"omega": [12.0]}, {"of": ("roof",)}, "the response is not recorded"),
         ({"omega": [12.0]}, {"want": ("response",), "of": ("attic",)}, "attic"),
         ({"omega": [12.0]}, {"start": Start("state", state=(0.0, 1.0))}, "state has 2 numbers"),

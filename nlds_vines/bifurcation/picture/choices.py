@@ -21,7 +21,7 @@ from nlds_vines.engine.solver_settings import most_watched
 from nlds_vines.errors import RequestError, unknown
 from nlds_vines.model.labels import CHAOS
 from nlds_vines.model.quantities import COORDINATES, MAPS, STRUCTURE, drawn_in, stored_in
-from nlds_vines.model.signals import SIGNALS
+from nlds_vines.model.signals import is_velocity
 from nlds_vines.plotting.bands import drawable, is_list
 from nlds_vines.plotting.style import body_of, quantity_label, setting_label, signal_symbol
 
@@ -80,7 +80,7 @@ def quantities(
         elif SIGNAL in entry.dims:  # a quantity for each signal, `broadband:x1`
             units, single = entry.units.split(", "), entry.tail == (SIGNAL,)
             for i, signal in enumerate(signals):
-                unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
+                unit = units[0] if len(units) == 1 else "m/s" if is_velocity(signal) else "m"
                 about = unit, f"{entry.long_name.split(';')[0]}, {signal}", np.nan, single
                 name = f"{entry.name}:{signal}"
                 by_name[name] = DrawnQuantity(name, entry.name, *about, index={SIGNAL: i})

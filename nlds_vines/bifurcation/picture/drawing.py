@@ -23,7 +23,7 @@ from nlds_vines.bifurcation.picture.maps import draw_basins, regime_map, why_no_
 from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import SAMPLE
 from nlds_vines.model.labels import by_frequency, finals
-from nlds_vines.model.signals import SIGNALS
+from nlds_vines.model.quantities import OF_SIGNALS_BY_NAME
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.chosen_panels import Drawing, Picture
 from nlds_vines.plotting.page import (
@@ -130,7 +130,7 @@ def fill_sample_panel(axes: Axes, view: ArchiveView, name: str) -> None:
 def _parts(name: str) -> tuple[str, str]:
     """Split `E1max:k1` at its last colon, and `broadband:x1` nowhere; regimes have no parts."""
     quantity, _, other = name.rpartition(":")
-    return (quantity, other) if quantity and other not in SIGNALS else (name, "")
+    return (quantity, other) if quantity and quantity not in OF_SIGNALS_BY_NAME else (name, "")
 
 
 def _symbol(label: str) -> str:

@@ -70,7 +70,12 @@ RUN = (
 
 COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
-ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
+ARCHIVES = {
+    "figure8.h5",
+    "regimes.h5",
+    "omega-force.h5",
+    "reproduction",
+}  # of earlier commands: they must be there
 SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
 
 

@@ -158,6 +158,7 @@ def test_a_second_run_resumes_and_repeats(archive, here, answer, refusal):
     assert main([*words, "--resume"]) == 0
     assert Path("orbit.h5").read_bytes() == before
     assert "results are the same" in answer("rerun", "orbit.h5")
+    assert "are for scans: this is a portrait" in refusal("rerun", "orbit.h5", "--shard", "1/2")
     options = ["--samples", "64", "--plot", "more.png", "--resume"]
     assert "holds another portrait" in refusal("portrait", "two.toml", "-o", "orbit.h5", *options)
 

@@ -15,8 +15,8 @@ system = nv.System.from_host(host, [nes], force={"x1": 0.002}, omega=0.8, title=
 plane = {
     "system": system,
     "vary": {
-        "nes_0": {"start": -0.5, "stop": 0.5, "num": 71},
-        "v_nes_0": {"start": -0.4, "stop": 0.4, "num": 57},
+        "nes_0": {"start": -0.5, "stop": 0.5, "num": 45},
+        "v_nes_0": {"start": -0.4, "stop": 0.4, "num": 37},
     },
     "sampling": {"transient": 200, "periods": 20},
     "record": {"want": ["attractor"]},

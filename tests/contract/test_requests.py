@@ -90,7 +90,7 @@ CHECKED = {
     ],
     "signals": [
         *no_list, (np.array(["x1", "x2"]), "must be a list of words"),
-        ([1], "unknown signal 1; allowed: x"),
+        ([1], "signals = [1] must be a list of words"),
     ],
     "signal": [
         (3, "signal = 3 must be a list"), ([1.5], "signal: 1.5 must be a text or a whole number"),

@@ -222,8 +222,8 @@ class ArchiveView(Outlined):
         Parameters
         ----------
         **values : float or str
-            A value for each dimension to select from, by name: a number inside its range, of which
-            the nearest one is taken, or one of its names, `start="up"`, `system="tmd"`.
+            A value for each dimension to select from: one of its names, as in `start="up"`, or a
+            number within its range, which means the nearest one there.
 
         Returns
         -------
@@ -250,10 +250,11 @@ class ArchiveView(Outlined):
             if dim not in dims:
                 raise unknown(f"dimension of {self.path}:", dim, dims)
             places[dim] = _place(dim, self[dim], value)
-        return {
-            name: self.take(name, **{k: i for k, i in places.items() if k in self.dims(name)})
-            for name in self.names
-        }
+        parts: dict[str, np.ndarray] = {}
+        for name in self.names:
+            own = {dim: place for dim, place in places.items() if dim in self.dims(name)}
+            parts[name] = self.take(name, **own)
+        return parts
 
     @cached_property
     def attrs(self) -> dict[str, Any]:
@@ -282,7 +283,10 @@ class ArchiveView(Outlined):
 
         Raises `RequestError` if the archive's content is not `content`.
         """
-        known: Any = self.path.unnamed.request if self.path.unnamed is not None else None
+        known: Any = None
+        if self.path.unnamed is not None:
+            known = self.path.unnamed.request
+        # a request in memory tells its content, so that no attributes need be made
         held = self.content if known is None else known.content
         if held != content:
             raise RequestError(f"{self.path} holds a {held}, not a {content}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -28,7 +29,7 @@ from nlds_vines.runs.progress import Tell
 from nlds_vines.runs.run_options import RunOptions
 from nlds_vines.runs.store import Arrays
 from nlds_vines.scans.block import Block
-from nlds_vines.scans.run import Blocks, Further, Plan, run_in_blocks
+from nlds_vines.scans.run import Blocks, Computes, Further, Plan, nothing_further, run_in_blocks
 from nlds_vines.scans.run_report import Report
 
 if TYPE_CHECKING:
@@ -274,15 +275,26 @@ def run(
 def plan_of(request: Scan | CurveRequest, cached: Cached | None = None) -> Plan:
     """Return the plan of a scan, or of response curves case by case."""
     scan = request.scans[0]
-    watched = most_watched(scan.transient, scan.periods, scan.effort)
-    blocks = blocks_of(request)
-    of_archive = request.table, request.scales, request.inputs
     if isinstance(request, CurveRequest):
-        curves = partial(CurveComputer, request, cached=cached)
-        return Plan(request, *of_archive, blocks, scan.starts, curves, _curves_in, watched=watched)
-    computer = partial(Computer, request)
-    further = partial(_attractors, request)
-    return Plan(request, *of_archive, blocks, scan.starts, computer, _scan_in, further, watched)
+        computer: Callable[[Tell | None], Computes] = partial(CurveComputer, request, cached=cached)
+        on_worker: Callable[[str], Computes] = _curves_in
+        further: Callable[[Blocks], Further] = nothing_further
+    else:
+        computer = partial(Computer, request)
+        on_worker = _scan_in
+        further = partial(_attractors, request)
+    return Plan(
+        request=request,
+        table=request.table,
+        scales=request.scales,
+        inputs=request.inputs,
+        blocks=blocks_of(request),
+        starts=scan.starts,
+        computer=computer,
+        on_worker=on_worker,
+        further=further,
+        watched=most_watched(scan.transient, scan.periods, scan.effort),
+    )
 
 
 def _scan_in(text: str) -> Computer:
